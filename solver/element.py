@@ -1,0 +1,239 @@
+"""Constants of the four-node shell element: everything that does not change while it moves.
+
+Paper section 2 (strains, Eqs. 15-17) and section 3 (mass, Eqs. 38-41).  The kernels in
+:mod:`solver.kernels.element` read these arrays; no loop over Gauss points is left at run time.
+Entity axis first: ``(n_elem, ...)``.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+GAUSS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) / np.sqrt(3.0)
+CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+SHEAR_CORRECTION = 5.0 / 6.0
+MEMBRANE_FIELDS = ("stress", "strain", "compatible")
+SHEAR_FIELDS = ("mitc4", "compatible")
+
+
+class Elements(NamedTuple):
+    """Connectivity and constants of all elements, as the kernels take them.
+
+    Attributes:
+        nodes: (n_elem, 4) node of each vertex.
+        directors: (n_elem, 4) mid-surface normal of each vertex.
+        y0: (n_elem, 3, 3) initial local positions of nodes 2..4 relative to node 1, Eq. (7) [m].
+        r0: (n_elem, 4, 2) initial local x, y components of the normals, Eq. (9).
+        l: (n_elem, n_s, 3, 3) linear part of the scaled membrane measures [sqrt(J)/m].
+        Q: (n_elem, n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
+        k_b: (n_elem, 11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
+        mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
+        inertia: (n_elem,) h^2/12, the factor that turns ``mass`` into Eq. (40b) [m^2].
+    """
+
+    nodes: np.ndarray
+    directors: np.ndarray
+    y0: np.ndarray
+    r0: np.ndarray
+    l: np.ndarray  # noqa: E741  the letter of the formulation
+    Q: np.ndarray
+    k_b: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+
+
+def shape_functions(point):
+    """Bilinear ``N`` (4,) and their natural derivatives (2, 4) at ``point`` = (xi, eta)."""
+    xi, eta = point
+    n_xi = 1.0 + CORNERS[:, 0] * xi
+    n_eta = 1.0 + CORNERS[:, 1] * eta
+    derivatives = np.array([CORNERS[:, 0] * n_eta, n_xi * CORNERS[:, 1]])
+    return 0.25 * n_xi * n_eta, 0.25 * derivatives
+
+
+def initial_frames(corners):
+    """Local frames R_0 of Eq. (1), rows e_x, e_y, e_z; ``corners`` (n_elem, 4, 3)."""
+    c_13 = _unit(corners[:, 2] - corners[:, 0])
+    c_24 = _unit(corners[:, 3] - corners[:, 1])
+    e_x, e_y = _unit(c_13 - c_24), _unit(c_13 + c_24)
+    return np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
+
+
+def element_constants(corners, normals, thickness, youngs, poisson, density, *, membrane, shear):
+    """Arrays of :class:`Elements` (without connectivity) from the initial configuration.
+
+    Args:
+        corners: (n_elem, 4, 3) initial vertex positions [m].
+        normals: (n_elem, 4, 3) initial unit normals at the vertices, Eq. (14).
+        thickness, youngs, poisson, density: (n_elem,) h [m], E [Pa], nu, rho [kg/m^3].
+        membrane: assumed membrane field, one of ``MEMBRANE_FIELDS``.
+        shear: transverse shear field, one of ``SHEAR_FIELDS``.
+
+    Returns:
+        dict of y0, r0, l, Q, k_b, mass, inertia.
+    """
+    rotation = initial_frames(corners)
+    local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
+    directors = np.einsum("eab,eib->eia", rotation, normals)
+    points = [_gauss_point(local, point) for point in GAUSS]
+    linear, quadratic = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
+    return {
+        "y0": np.ascontiguousarray(local[:, 1:]),
+        "r0": np.ascontiguousarray(directors[:, :, :2]),
+        "l": np.ascontiguousarray(linear[:, :, 1:]),
+        "Q": np.ascontiguousarray(quadratic[:, :, 1:, 1:]),
+        "k_b": _bending_and_shear(local, points, thickness, youngs, poisson, shear),
+        "mass": _mass(points, thickness, density),
+        "inertia": thickness**2 / 12.0,
+    }
+
+
+def jacobians(corners):
+    """Determinants of Eq. (38) at the four vertices, (n_elem, 4): positive in a convex element."""
+    rotation = initial_frames(corners)
+    local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
+    return np.stack([_gauss_point(local, vertex)[2] for vertex in CORNERS], axis=1)
+
+
+def _unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _gauss_point(local, point):
+    """``(N (4,), dN/d(x, y) (n_elem, 2, 4), det J (n_elem,))`` at one natural point."""
+    shape, natural = shape_functions(point)
+    jacobian = np.einsum("ai,eib->eab", natural, local[:, :, :2])
+    cartesian = np.linalg.solve(jacobian, np.broadcast_to(natural, (len(local), 2, 4)))
+    return shape, cartesian, np.linalg.det(jacobian)
+
+
+def _plane_stress(youngs, poisson):
+    """Plane-stress elasticity D_1 / h (n_elem, 3, 3) of Eq. (15)."""
+    D = np.zeros((len(youngs), 3, 3))
+    factor = youngs / (1.0 - poisson**2)
+    D[:, 0, 0] = D[:, 1, 1] = factor
+    D[:, 0, 1] = D[:, 1, 0] = factor * poisson
+    D[:, 2, 2] = 0.5 * factor * (1.0 - poisson)
+    return D
+
+
+def _shallow_strain(local, cartesian):
+    """Compatible membrane strain (xx, yy, xy) at a point: linear (e,3,4,3), quadratic (e,3,4,4).
+
+    ``eps_xx = u,x + z0,x w,x + w,x^2/2`` and so on: Green-Lagrange strain of a shallow shell.
+    """
+    d_x, d_y = cartesian[:, 0], cartesian[:, 1]
+    slope = np.einsum("eai,ei->ea", cartesian, local[:, :, 2])
+    s_x, s_y = slope[:, :1], slope[:, 1:]
+    linear = np.zeros((len(local), 3, 4, 3))
+    linear[:, 0, :, 0] = d_x
+    linear[:, 1, :, 1] = d_y
+    linear[:, 2, :, 0], linear[:, 2, :, 1] = d_y, d_x
+    linear[:, 0, :, 2] = s_x * d_x
+    linear[:, 1, :, 2] = s_y * d_y
+    linear[:, 2, :, 2] = s_x * d_y + s_y * d_x
+    quadratic = np.zeros((len(local), 3, 4, 4))
+    quadratic[:, 0] = d_x[:, :, None] * d_x[:, None, :]
+    quadratic[:, 1] = d_y[:, :, None] * d_y[:, None, :]
+    cross = d_x[:, :, None] * d_y[:, None, :]
+    quadratic[:, 2] = cross + cross.transpose(0, 2, 1)
+    return linear, quadratic
+
+
+def _membrane_measures(local, points, thickness, youngs, poisson, field):
+    """Scaled membrane measures: W_membrane = 1/2 sum_s e_s^2.
+
+    - ``stress``: five stress modes P (Pian-Sumihara); ``int h P^T eps dA`` and the flexibility
+      ``int h P^T D^-1 P dA`` give W in Hellinger-Reissner form.
+    - ``strain``: five strain modes E fitted to eps in the mean; on a rectangle that is sampling at
+      the points (0, +-1/sqrt 3), (+-1/sqrt 3, 0) and the centre.
+    - ``compatible``: eps itself at the four Gauss points (locks; kept as a wrong variant).
+    """
+    D = _plane_stress(youngs, poisson)
+    n = len(local)
+    weights = [thickness * det for _, _, det in points]
+    strains = [_shallow_strain(local, cartesian) for _, cartesian, _ in points]
+    if field == "compatible":
+        factors = [np.linalg.cholesky(D * w[:, None, None]) for w in weights]
+        linear = [np.einsum("eas,eaic->esic", c, s[0]) for c, s in zip(factors, strains)]
+        quadratic = [np.einsum("eas,eaij->esij", c, s[1]) for c, s in zip(factors, strains)]
+        return np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1)
+    modes = [_five_modes(local, point, field) for point in GAUSS]
+    linear, quadratic, gram = np.zeros((n, 5, 4, 3)), np.zeros((n, 5, 4, 4)), np.zeros((n, 5, 5))
+    stiffness = np.zeros((n, 5, 5))
+    metric = np.linalg.inv(D) if field == "stress" else np.broadcast_to(np.eye(3), D.shape)
+    for weight, mode, (eps_l, eps_q) in zip(weights, modes, strains):
+        weighted = mode * weight[:, None, None]
+        linear += np.einsum("eas,eaic->esic", weighted, eps_l)
+        quadratic += np.einsum("eas,eaij->esij", weighted, eps_q)
+        gram += np.einsum("eas,eab,ebt->est", weighted, metric, mode)
+        stiffness += np.einsum("eas,eab,ebt->est", weighted, D, mode)
+    inverse = np.linalg.inv(gram)
+    elasticity = inverse if field == "stress" else inverse @ stiffness @ inverse
+    scale = np.linalg.cholesky(0.5 * (elasticity + elasticity.transpose(0, 2, 1)))
+    return (np.einsum("ets,etic->esic", scale, linear),
+            np.einsum("ets,etij->esij", scale, quadratic))
+
+
+def _five_modes(local, point, field):
+    """Five-parameter membrane field (n_elem, 3, 5) on the basis of the element's centre."""
+    _, natural = shape_functions((0.0, 0.0))
+    basis = np.einsum("ai,eib->eab", natural, local[:, :, :2])
+    if field == "strain":
+        basis = np.linalg.inv(basis).transpose(0, 2, 1)
+    modes = np.zeros((len(local), 3, 5))
+    modes[:, 0, 0] = modes[:, 1, 1] = modes[:, 2, 2] = 1.0
+    doubled_shear = 2.0 if field == "strain" else 1.0
+    for column, vector, coordinate in ((3, basis[:, 0], point[1]), (4, basis[:, 1], point[0])):
+        modes[:, 0, column] = vector[:, 0] ** 2 * coordinate
+        modes[:, 1, column] = vector[:, 1] ** 2 * coordinate
+        modes[:, 2, column] = doubled_shear * vector[:, 0] * vector[:, 1] * coordinate
+    return modes
+
+
+def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
+    """Constant stiffness (n_elem, 11, 11) on (w_2..w_4, dr_x1, dr_y1, ..., dr_y4).
+
+    ``chi = (dr_x,x; dr_y,y; dr_x,y + dr_y,x)``, ``gamma = (w,x + dr_x; w,y + dr_y)``; shear by
+    MITC4 (tying points (0, +-1) and (+-1, 0)) or, as a wrong variant, compatible.
+    """
+    D = _plane_stress(youngs, poisson)
+    modulus = SHEAR_CORRECTION * 0.5 * youngs / (1.0 + poisson) * thickness
+    k = np.zeros((len(local), 12, 12))
+    for point, (shape, cartesian, det) in zip(GAUSS, points):
+        bending = np.zeros((len(local), 3, 12))
+        bending[:, 0, 4::2] = bending[:, 2, 5::2] = cartesian[:, 0]
+        bending[:, 1, 5::2] = bending[:, 2, 4::2] = cartesian[:, 1]
+        if shear == "mitc4":
+            gamma = _mitc4_shear(local, point)
+        else:
+            gamma = np.zeros((len(local), 2, 12))
+            gamma[:, :, :4] = cartesian
+            gamma[:, 0, 4::2] = gamma[:, 1, 5::2] = shape
+        k += np.einsum("eas,eab,ebt,e->est", bending, D, bending, det * thickness**3 / 12.0)
+        k += np.einsum("eas,eat,e->est", gamma, gamma, det * modulus)
+    k = 0.5 * (k + k.transpose(0, 2, 1))
+    return np.ascontiguousarray(k[:, 1:, 1:])
+
+
+def _mitc4_shear(local, point):
+    """MITC4 transverse shear (gamma_xz, gamma_yz) at ``point``: (n_elem, 2, 12)."""
+    _, natural = shape_functions(point)
+    jacobian = np.einsum("ai,eib->eab", natural, local[:, :, :2])
+    covariant = np.zeros((len(local), 2, 12))
+    for axis, (tying, other) in enumerate((((0.0, 1.0), 1), ((1.0, 0.0), 0))):
+        for sign in (-1.0, 1.0):
+            at = (sign * tying[0], sign * tying[1])
+            shape, derivative = shape_functions(at)
+            tangent = np.einsum("i,eib->eb", derivative[axis], local[:, :, :2])
+            weight = 0.5 * (1.0 + sign * point[other])
+            covariant[:, axis, :4] += weight * derivative[axis]
+            covariant[:, axis, 4::2] += weight * shape * tangent[:, :1]
+            covariant[:, axis, 5::2] += weight * shape * tangent[:, 1:]
+    return np.linalg.solve(jacobian, covariant)
+
+
+def _mass(points, thickness, density):
+    """Consistent translational mass ``rho h int N_i N_j J_a dxi deta``, Eqs. (38), (40a)."""
+    mass = sum(np.einsum("i,j,e->eij", shape, shape, det) for shape, _, det in points)
+    return mass * (density * thickness)[:, None, None]

@@ -1,0 +1,13 @@
+"""Errors that a user can cause; each message is one line that names the thing and its place."""
+
+
+class InputError(ValueError):
+    """Something in the input is wrong; nothing has been computed or overwritten."""
+
+
+class StepError(RuntimeError):
+    """A time step did not converge, even after it was halved as often as allowed."""
+
+
+class ResultFileError(RuntimeError):
+    """A result file cannot be written, read or resumed."""

@@ -1,0 +1,360 @@
+"""Assembly over all elements: the system of one iteration, and the state at one instant.
+
+Dofs are numbered node by node in an order that keeps the band narrow: 3 displacements, then the
+rotational variables of the node.  The tangent goes straight into the storage of the linear solver:
+the entry (row, k-th dof of a column node) of element e, vertex pair (a, b), row not before column,
+stands at ``base[row] + offset[e, a, b] + stride * k``.
+"""
+
+import numpy as np
+from numba import njit
+
+from . import element, rotation
+from .rotation import CHART_LEFT
+
+
+@njit(cache=True)
+def _gather(x, x_low, nodes, y):
+    """Positions of vertices 2..4 relative to vertex 1 from compensated nodal positions."""
+    i = nodes[0]
+    for k in range(3):
+        j = nodes[k + 1]
+        for c in range(3):
+            y[k, c] = (x[j, c] - x[i, c]) + (x_low[j, c] - x_low[i, c])
+
+
+@njit(cache=True)
+def _scatter(storage, numbering, nodes, e, ke, values):
+    """Add the lower triangle of ``ke`` to the solver's storage, skipping fixed dofs."""
+    base, offset, _, stride = storage
+    start, n_rot, fixed, any_fixed = numbering
+    for a in range(4):
+        row_start, row_count = start[nodes[a]], 3 + n_rot[nodes[a]]
+        for b in range(4):
+            col_start, col_count = start[nodes[b]], 3 + n_rot[nodes[b]]
+            if col_start > row_start:
+                continue
+            for r in range(row_count):
+                position = base[row_start + r] + offset[e, a, b]
+                count = r + 1 if a == b else col_count
+                if any_fixed:
+                    for k in range(count):
+                        if not (fixed[row_start + r] or fixed[col_start + k]):
+                            values[position + stride * k] += ke[6 * a + r, 6 * b + k]
+                else:
+                    for k in range(count):
+                        values[position + stride * k] += ke[6 * a + r, 6 * b + k]
+
+
+@njit(cache=True)
+def _combine(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
+    """``ke = stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
+    for i in range(24):
+        for j in range(24):
+            ke[i, j] *= stiffness_factor
+    if mass_factor == 0.0:
+        return
+    for i in range(4):
+        for j in range(4):
+            m_ij = mass_factor * mass[i, j]
+            for c in range(3):
+                ke[6 * i + c, 6 * j + c] += m_ij
+            m_ij *= inertia
+            for r in range(n_rot[i]):
+                for k in range(n_rot[j]):
+                    ke[6 * i + 3 + r, 6 * j + 3 + k] += m_ij * (
+                        A[i, 0, r] * A[j, 0, k] + A[i, 1, r] * A[j, 1, k] + A[i, 2, r] * A[j, 2, k])
+
+
+@njit(cache=True)
+def step_system(elements, numbering, motion, start_state, step, averaged, delta, external,
+                storage, with_tangent, values, residual, scratch):
+    """Residual and symmetric iteration matrix of one step, Eqs. (58)-(70).
+
+    ``residual = F_ext - M U_ddot - F_m - F_int`` at the generalized midpoint and
+    ``K = (1 - alpha_m)/(beta dt^2) M + (1 - alpha_f) K_G`` for the increment ``delta`` of the step.
+    With alpha_f = 0, unit stiffness factor and zero inertia factors it is static equilibrium at
+    the end; with a zero stiffness factor the matrix is the mass matrix alone.
+
+    Args:
+        elements: :class:`solver.element.Elements`.
+        numbering: (start (n_nodes,), n_rot (n_nodes,), fixed (n_dof,), any fixed).
+        motion: (x, x_low, variables, chart, velocity, acceleration) at the start of the step.
+        start_state: (p, t, b, e): normals, local variables and measures at the start.
+        step: (alpha_f, factor of K_G, factors of delta, U_dot, U_ddot in Eq. 57b, then in Eq. 57a).
+        averaged: T as the weighted mean of the two ends instead of at the midpoint.
+        delta, external: (n_dof,) increment of the step and load at the generalized midpoint.
+        storage: (base, offset, diagonal, stride) of the linear solver.
+        with_tangent: whether ``values`` is assembled too.
+        values: storage of the matrix; residual: (n_dof,) result.
+        scratch: arrays of :func:`solver.system.scratch`.
+
+    Returns:
+        0, or CHART_LEFT when a normal leaves the chart of its rotational variables.
+    """
+    start, n_rot, fixed, any_fixed = numbering
+    x, x_low, variables, chart, _, _ = motion
+    p_start, t_start, b_start, e_start = start_state
+    alpha_f, k_factor, c_delta = step[0], step[1], step[2]
+    weight = 1.0 - alpha_f
+    dx, p_end, p_mid, A1, inertial_x, inertial_p, force_x, force_p, rate_p, ends_p = scratch
+    if rotation.advance_nodes(numbering, motion, step, delta, scratch) != 0:
+        return CHART_LEFT
+    force_x[:] = 0.0
+    force_p[:] = 0.0
+    rate_p[:] = 0.0
+    ends_p[:] = 0.0
+    if with_tangent:
+        values[:] = 0.0
+
+    n_s = elements.l.shape[1]
+    R = np.empty((3, 3))
+    y_0, y, p = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    t, b, e = np.empty((3, 3)), np.empty(11), np.empty(n_s)
+    B, f, g = np.empty((n_s, 9)), np.empty((3, 3)), np.empty((4, 2))
+    yl, r = np.empty((3, 3)), np.empty((4, 3))
+    f_x, f_p = np.empty((4, 3)), np.empty((4, 3))
+    A, rotations = np.zeros((4, 3, 3)), np.empty(4, np.int64)
+    ke = np.zeros((24, 24))
+    work = element.workspace()
+
+    for el in range(elements.nodes.shape[0]):
+        nodes, directors = elements.nodes[el], elements.directors[el]
+        l_s, Q, k_b = elements.l[el], elements.Q[el], elements.k_b[el]
+        _gather(x, x_low, nodes, y_0)
+
+        # strains at the end of the step, averaged with those at its start (Eq. 70)
+        for k in range(3):
+            for c in range(3):
+                y[k, c] = y_0[k, c] + (dx[nodes[k + 1], c] - dx[nodes[0], c])
+        for i in range(4):
+            for c in range(3):
+                p[i, c] = p_end[directors[i], c]
+        lengths_end = element.frame(y, R)
+        element.local_variables(R, y, p, elements.y0[el], elements.r0[el], t, b)
+        element.membrane_strains(l_s, Q, t, e)
+        for k in range(3):
+            for c in range(3):
+                t[k, c] = weight * t[k, c] + alpha_f * t_start[el, k, c]
+        for k in range(11):
+            b[k] = weight * b[k] + alpha_f * b_start[el, k]
+        for s in range(n_s):
+            e[s] = weight * e[s] + alpha_f * e_start[el, s]
+        element.local_forces(l_s, Q, k_b, t, b, e, B, f, g)
+
+        if averaged:
+            element.rotated_positions(R, y, p, yl, r)
+            element.global_forces(R, *lengths_end, yl, r, f, g, f_x, f_p)
+            for i in range(4):
+                for c in range(3):
+                    force_x[nodes[i], c] += weight * f_x[i, c]
+                    ends_p[0, directors[i], c] += weight * f_p[i, c]
+                    p[i, c] = p_start[directors[i], c]
+            lengths_start = element.frame(y_0, R)
+            element.rotated_positions(R, y_0, p, yl, r)
+            element.global_forces(R, *lengths_start, yl, r, f, g, f_x, f_p)
+            for i in range(4):
+                for c in range(3):
+                    force_x[nodes[i], c] += alpha_f * f_x[i, c]
+                    ends_p[1, directors[i], c] += alpha_f * f_p[i, c]
+
+        # T at the generalized midpoint
+        for k in range(3):
+            for c in range(3):
+                y[k, c] = y_0[k, c] + weight * (dx[nodes[k + 1], c] - dx[nodes[0], c])
+        for i in range(4):
+            for c in range(3):
+                p[i, c] = p_mid[directors[i], c]
+        a_13, b_13, L13, L24 = element.frame(y, R)
+        element.rotated_positions(R, y, p, yl, r)
+        element.global_forces(R, a_13, b_13, L13, L24, yl, r, f, g, f_x, f_p)
+        for i in range(4):
+            for c in range(3):
+                force_p[directors[i], c] += f_p[i, c]
+                if not averaged:
+                    force_x[nodes[i], c] += f_x[i, c]
+        mass, inertia = elements.mass[el], elements.inertia[el]
+        for i in range(4):
+            for j in range(4):
+                m_ij = mass[i, j]
+                for c in range(3):
+                    force_x[nodes[i], c] += m_ij * inertial_x[nodes[j], c]
+                    rate_p[directors[i], c] += m_ij * inertia * inertial_p[directors[j], c]
+        if with_tangent:
+            for i in range(4):
+                rotations[i] = n_rot[nodes[i]]
+                for c in range(3):
+                    for k in range(rotations[i]):
+                        A[i, c, k] = A1[directors[i], c, k]
+            element.tangent(R, a_13, b_13, L13, L24, yl, r, f, g, B, e, Q, k_b, A, rotations,
+                            work, ke)
+            _combine(k_factor, c_delta, mass, inertia, A, rotations, ke)
+            _scatter(storage, numbering, nodes, el, ke, values)
+
+    _reduce(numbering, chart, averaged, p_start, external, residual, scratch)
+    if with_tangent:
+        _finish_tangent(storage, numbering, chart, k_factor, scratch, values)
+    return 0
+
+
+@njit(cache=True)
+def _reduce(numbering, chart, averaged, p_start, external, residual, scratch):
+    """Chain rule to rotational variables, ``f_n = A1^T f_p``; fixed dofs carry no residual."""
+    start, n_rot, fixed, any_fixed = numbering
+    _, p_end, _, A1, _, _, force_x, force_p, rate_p, ends_p = scratch
+    A_end = np.empty((3, 3))
+    for i in range(start.shape[0]):
+        first = start[i]
+        for c in range(3):
+            residual[first + c] = external[first + c] - force_x[i, c]
+        for k in range(n_rot[i]):
+            load = 0.0
+            for c in range(3):
+                load += A1[i, c, k] * rate_p[i, c]
+                if not averaged:
+                    load += A1[i, c, k] * force_p[i, c]
+            residual[first + 3 + k] = external[first + 3 + k] - load
+        if averaged:
+            for end in range(2):
+                p = p_end[i] if end == 0 else p_start[i]
+                rotation.first_derivatives(p, chart[i], A_end)
+                for k in range(n_rot[i]):
+                    for c in range(3):
+                        residual[first + 3 + k] -= A_end[c, k] * ends_p[end, i, c]
+    if any_fixed:
+        for k in range(residual.shape[0]):
+            if fixed[k]:
+                residual[k] = 0.0
+
+
+@njit(cache=True)
+def _finish_tangent(storage, numbering, chart, k_factor, scratch, values):
+    """Second derivative of the normals, ``f_p . d2p/dn2``, and unit rows for fixed dofs."""
+    _, _, diagonal, stride = storage
+    start, _, fixed, any_fixed = numbering
+    p_mid, force_p = scratch[2], scratch[7]
+    for i in range(start.shape[0]):
+        nn, nm, mm = rotation.curvature(p_mid[i], chart[i], force_p[i])
+        n, m = start[i] + 3, start[i] + 4
+        values[diagonal[n]] += k_factor * nn
+        values[diagonal[m]] += k_factor * mm
+        if not (fixed[n] or fixed[m]):
+            values[diagonal[m] - stride] += k_factor * nm
+    if any_fixed:
+        for k in range(fixed.shape[0]):
+            if fixed[k]:
+                values[diagonal[k]] = 1.0
+
+
+@njit(cache=True)
+def _momentum_scales(nodal_mass, x, v):
+    """``sum m |v|`` and ``sum m |x - x_c| |v|`` with lumped nodal masses, x_c the mass centre."""
+    centre = np.zeros(3)
+    total = 0.0
+    for i in range(x.shape[0]):
+        total += nodal_mass[i]
+        for c in range(3):
+            centre[c] += nodal_mass[i] * x[i, c]
+    centre /= total
+    linear, angular = 0.0, 0.0
+    for i in range(x.shape[0]):
+        speed, arm = 0.0, 0.0
+        for c in range(3):
+            speed += v[i, c] * v[i, c]
+            arm += (x[i, c] - centre[c]) ** 2
+        linear += nodal_mass[i] * np.sqrt(speed)
+        angular += nodal_mass[i] * np.sqrt(speed * arm)
+    return linear, angular
+
+
+@njit(cache=True)
+def observe(elements, nodal_mass, x, x_low, p, v, p_dot, start_state, element_energy):
+    """Local variables and measures of a state, its energies and momenta.
+
+    Fills ``start_state = (p, t, b, e)`` for the next step and ``element_energy`` (n_elem,), the
+    strain energy of each element [J].  Angular momentum is about the origin.
+
+    Returns:
+        (13,): kinetic energy, strain energy, linear momentum (Eq. 49), angular momentum with the
+        consistent mass, angular momentum with one sum over nodes as printed in Eq. (50), and the
+        scales sum m |v| and sum m |x - x_c| |v| against which drifts are measured.
+    """
+    p_start, t_start, b_start, e_start = start_state
+    result = np.zeros(13)
+    R = np.empty((3, 3))
+    y, q = np.empty((3, 3)), np.empty((4, 3))
+    vx, vp = np.empty((4, 3)), np.empty((4, 3))
+    X = np.empty((4, 3))
+    kinetic, strain = 0.0, 0.0
+    for i in range(p.shape[0]):
+        for c in range(3):
+            p_start[i, c] = p[i, c]
+    for el in range(elements.nodes.shape[0]):
+        nodes, directors = elements.nodes[el], elements.directors[el]
+        _gather(x, x_low, nodes, y)
+        for i in range(4):
+            for c in range(3):
+                q[i, c] = p[directors[i], c]
+                vp[i, c] = p_dot[directors[i], c]
+                vx[i, c] = v[nodes[i], c]
+                X[i, c] = x[nodes[i], c] + x_low[nodes[i], c]
+        element.frame(y, R)
+        element.local_variables(R, y, q, elements.y0[el], elements.r0[el], t_start[el],
+                                b_start[el])
+        element.membrane_strains(elements.l[el], elements.Q[el], t_start[el], e_start[el])
+        element_energy[el] = element.strain_energy(e_start[el], elements.k_b[el], b_start[el])
+        strain += element_energy[el]
+        mass, inertia = elements.mass[el], elements.inertia[el]
+        for i in range(4):
+            px, py, pz, wx, wy, wz, lumped = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(4):
+                m_ij = mass[i, j]
+                lumped += m_ij
+                px += m_ij * vx[j, 0]
+                py += m_ij * vx[j, 1]
+                pz += m_ij * vx[j, 2]
+                wx += m_ij * vp[j, 0]
+                wy += m_ij * vp[j, 1]
+                wz += m_ij * vp[j, 2]
+            kinetic += 0.5 * (vx[i, 0] * px + vx[i, 1] * py + vx[i, 2] * pz)
+            kinetic += 0.5 * inertia * (vp[i, 0] * wx + vp[i, 1] * wy + vp[i, 2] * wz)
+            result[2] += px
+            result[3] += py
+            result[4] += pz
+            wx, wy, wz = inertia * wx, inertia * wy, inertia * wz
+            result[5] += X[i, 1] * pz - X[i, 2] * py + q[i, 1] * wz - q[i, 2] * wy
+            result[6] += X[i, 2] * px - X[i, 0] * pz + q[i, 2] * wx - q[i, 0] * wz
+            result[7] += X[i, 0] * py - X[i, 1] * px + q[i, 0] * wy - q[i, 1] * wx
+            for c in range(3):
+                d, f = (c + 1) % 3, (c + 2) % 3
+                result[8 + c] += lumped * (X[i, d] * vx[i, f] - X[i, f] * vx[i, d]
+                                           + inertia * (q[i, d] * vp[i, f] - q[i, f] * vp[i, d]))
+    result[0] = kinetic
+    result[1] = strain
+    result[11], result[12] = _momentum_scales(nodal_mass, x, v)
+    return result
+
+
+@njit(cache=True)
+def accept(numbering, rates, delta, x, x_low, variables, velocity, acceleration):
+    """Move the state to the end of a converged step (Newmark update, compensated positions).
+
+    ``rates`` holds the factors of (delta, U_dot, U_ddot) in U_dot and in U_ddot at t_{n+1}.
+    """
+    start, n_rot = numbering[0], numbering[1]
+    v_delta, v_velocity, v_acceleration, a_delta, a_velocity, a_acceleration = rates
+    for i in range(start.shape[0]):
+        first = start[i]
+        for c in range(3):
+            # two-sum of x and delta; the rounding error is kept in x_low
+            old, add = x[i, c], delta[first + c] + x_low[i, c]
+            new = old + add
+            part = new - old
+            x[i, c] = new
+            x_low[i, c] = (old - (new - part)) + (add - part)
+        for k in range(n_rot[i]):
+            variables[i, k] += delta[first + 3 + k]
+    for k in range(delta.shape[0]):
+        v, a = velocity[k], acceleration[k]
+        velocity[k] = v_delta * delta[k] + v_velocity * v + v_acceleration * a
+        acceleration[k] = a_delta * delta[k] + a_velocity * v + a_acceleration * a

@@ -1,0 +1,54 @@
+"""Gaussian elimination on full storage with partial pivoting: the paper's baseline.
+
+What an unsymmetric co-rotational tangent would need ("full-matrix storage + Gaussian elimination",
+Tables 2, 4, 6, 8).  It exploits neither symmetry nor sparsity, on purpose.
+"""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def factor(a, rows):
+    """Overwrite ``a`` (n, n) with its LU factors; ``rows`` (n,) records the row exchanges.
+
+    Returns -1, or the index of the first pivot that is zero or not finite.
+    """
+    n = a.shape[0]
+    for k in range(n):
+        pivot_row, largest = k, abs(a[k, k])
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > largest:
+                pivot_row, largest = i, abs(a[i, k])
+        if not 0.0 < largest < np.inf:
+            return k
+        rows[k] = pivot_row
+        if pivot_row != k:
+            for j in range(n):
+                a[k, j], a[pivot_row, j] = a[pivot_row, j], a[k, j]
+        upper = a[k]
+        for i in range(k + 1, n):
+            lower = a[i]
+            multiplier = lower[k] / upper[k]
+            lower[k] = multiplier
+            for j in range(k + 1, n):
+                lower[j] -= multiplier * upper[j]
+    return -1
+
+
+@njit(cache=True)
+def solve(a, rows, x):
+    """Overwrite ``x`` with the solution; ``a``, ``rows`` from :func:`factor`."""
+    n = a.shape[0]
+    for k in range(n):
+        x[k], x[rows[k]] = x[rows[k]], x[k]
+    for i in range(n):
+        total = 0.0
+        for k in range(i):
+            total += a[i, k] * x[k]
+        x[i] -= total
+    for i in range(n - 1, -1, -1):
+        total = 0.0
+        for k in range(i + 1, n):
+            total += a[i, k] * x[k]
+        x[i] = (x[i] - total) / a[i, i]

@@ -1,0 +1,304 @@
+"""One time step of a model: the discrete system, its state, and Newton's iteration (Eqs. 61-67)."""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .errors import InputError, StepError
+from .kernels import assembly, rotation
+from .linear import SingularMatrix, make_solver
+from .numbering import number_dofs
+
+ROUNDOFF = 4.0 * np.finfo(float).eps
+"""Relative rounding error of a strain; see :meth:`System.roundoff_work`."""
+
+MAX_HALVINGS = 10
+"""A step is divided into at most 2^10 parts before the run gives up."""
+
+MAX_DAMPINGS = 4
+"""How often a correction is halved when it would leave the chart of a normal."""
+
+
+@dataclass
+class State:
+    """Everything that one instant of the motion consists of.
+
+    Attributes:
+        x, x_low: (n_nodes, 3) positions and their rounding errors [m].
+        variables: (n_nodes, 3) rotational variables; chart: (n_nodes, 4), see kernels.
+        velocity, acceleration: (n_dof,) U_dot and U_ddot.
+        external_work: work of the loads since t = 0 [J].
+    """
+
+    x: np.ndarray
+    x_low: np.ndarray
+    variables: np.ndarray
+    chart: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    external_work: float = 0.0
+
+    ARRAYS = ("x", "x_low", "variables", "chart", "velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class NewtonRule:
+    """When an iteration ends: ``cc <= tolerance`` and ``k >= min_iterations`` (Eq. 67)."""
+
+    tolerance: float = 1e-6
+    min_iterations: int = 3
+    max_iterations: int = 20
+
+    def __post_init__(self):
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
+        if not 1 <= self.min_iterations <= self.max_iterations:
+            raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
+                             f"{self.min_iterations}")
+
+
+@dataclass
+class StepRecord:
+    """What happened in one step of the time grid (sums over its parts if it was halved)."""
+
+    iterations: int = 0
+    residual: float = 0.0
+    switches: int = 0
+    halvings: int = 0
+    indefinite: int = 0
+
+
+@dataclass
+class Seconds:
+    """Wall-clock seconds by phase."""
+
+    assembly: float = 0.0
+    factorization: float = 0.0
+    solve: float = 0.0
+    total: float = 0.0
+
+    @property
+    def rest(self):
+        return self.total - self.assembly - self.factorization - self.solve
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Energies [J] and momenta [kg m/s, kg m^2/s] of a state, see ``assembly.observe``."""
+
+    kinetic: float
+    strain: float
+    linear_momentum: np.ndarray
+    angular_momentum: np.ndarray
+    angular_momentum_printed: np.ndarray
+    momentum_scale: float
+    angular_scale: float
+
+
+class System:
+    """A model made ready for the kernels, with the linear solver and the scratch arrays."""
+
+    def __init__(self, model, solver="auto"):
+        self.model = model
+        self.elements = model.elements
+        self.numbering = number_dofs(model.quads, len(model.nodes))
+        self.solver = make_solver(solver, self.numbering)
+        self.seconds = Seconds()
+        n_nodes, n_elem, n_dof = len(model.nodes), len(model.quads), self.numbering.n_dof
+        self._fixed_component, fixed = _supports(model, self.numbering)
+        self._numbering = (self.numbering.start, self.numbering.n_rot, fixed, bool(fixed.any()))
+        self.nodal_mass = np.zeros(n_nodes)
+        np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
+        self._loads = _load_patterns(model, self.numbering)
+        self.p = model.normals.copy()
+        self.p_dot = np.zeros_like(self.p)
+        n_s = self.elements.l.shape[1]
+        self._start = (np.zeros((n_nodes, 3)), np.zeros((n_elem, 3, 3)), np.zeros((n_elem, 11)),
+                       np.zeros((n_elem, n_s)))
+        self.element_energy = np.zeros(n_elem)
+        self.residual = np.zeros(n_dof)
+        self._scratch = scratch(n_nodes)
+        corners = model.nodes[model.quads]
+        area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0],
+                                             corners[:, 3] - corners[:, 1]), axis=1)
+        self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
+
+    def initial_state(self):
+        """State at t = 0: the initial configuration and velocities, Ü from Eq. (55)."""
+        model, start, n_dof = self.model, self.numbering.start, self.numbering.n_dof
+        n_nodes = len(model.nodes)
+        state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
+                      np.zeros((n_nodes, 4), dtype=np.int64), np.zeros(n_dof), np.zeros(n_dof))
+        state.velocity[start[:, None] + np.arange(3)] = model.velocity
+        rotation.start_charts(start, self._fixed_component, model.normals, model.normal_velocity,
+                              state.variables, state.chart, state.velocity)
+        fixed = self._numbering[2]
+        if np.any(state.velocity[fixed]):
+            k = int(np.flatnonzero(fixed & (state.velocity != 0.0))[0])
+            raise InputError(f"node {self.numbering.node_of_dof[k]}: initial velocity of a "
+                             "supported component must be zero")
+        self.observe(state)
+        # M Ü = F_ext - F_m - F_int: unit mass factor, no stiffness, velocities as they are
+        mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+        self._assemble(state, mass_only, False, np.zeros(n_dof), self.external_force(0.0))
+        if np.any(self.residual):
+            self.solver.factor()
+            state.acceleration[:] = self.solver.solve(self.residual)
+            state.acceleration[fixed] = 0.0
+        return state
+
+    def external_force(self, time_):
+        """F_ext(t) [N], (n_dof,)."""
+        force = np.zeros(self.numbering.n_dof)
+        for history, pattern in self._loads:
+            force += history(time_) * pattern
+        return force
+
+    def observe(self, state):
+        """Energies and momenta of ``state``; makes it the start of the next step."""
+        if rotation.place_directors(state.variables, state.chart, self.p) >= 0:
+            return None
+        start = self.numbering.start
+        rotation.director_rates(start, state.velocity, state.chart, self.p, self.p_dot)
+        velocity = state.velocity[start[:, None] + np.arange(3)]
+        values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
+                                  velocity, self.p_dot, self._start, self.element_energy)
+        return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
+                       values[12])
+
+    def advance(self, state, scheme, rule, start, dt, record, depth=0):
+        """Move ``state`` from ``start`` to ``start + dt``; halves the step where Newton fails.
+
+        Returns the :class:`Instant` at the end and adds to ``record``.
+
+        Raises:
+            StepError: the step did not converge although halved ``MAX_HALVINGS`` times.
+        """
+        delta, failure = self._newton(state, scheme, rule, start, dt, record)
+        if delta is not None:
+            instant = self._accept(state, scheme, start, dt, delta, record)
+            if instant is not None:
+                return instant
+            failure = "a normal left its chart"
+        if depth == MAX_HALVINGS:
+            raise StepError(f"no convergence at t = {start:.9g} s with dt = {dt:.3g} s: {failure}")
+        record.halvings += 1
+        half = 0.5 * dt
+        self.advance(state, scheme, rule, start, half, record, depth + 1)
+        return self.advance(state, scheme, rule, start + half, half, record, depth + 1)
+
+    def roundoff_work(self, instant_energy):
+        """Work of a residual that is rounding error alone: (4 eps)^2 (sum E h A + energy).
+
+        Strains are differences of numbers of order one, so their rounding error is a few eps and
+        its energy eps^2 E V; smaller works cannot be told from zero and end the iteration.
+        """
+        return ROUNDOFF**2 * (self._stretch_energy + instant_energy)
+
+    def _newton(self, state, scheme, rule, start, dt, record):
+        """Iterate Eqs. (62)-(67); returns (increment, None) or (None, reason)."""
+        step = scheme.midpoint(dt)
+        averaged = scheme.transformation == "average"
+        external = self.external_force(start + (1.0 - scheme.alpha_f) * dt)
+        delta = dt * state.velocity
+        correction = delta
+        floor = self.roundoff_work(float(self.nodal_mass.sum()
+                                         * np.max(state.velocity**2, initial=0.0)))
+        first_work = 0.0
+        for k in range(1, rule.max_iterations + 1):
+            for _ in range(MAX_DAMPINGS + 1):
+                if self._assemble(state, step, averaged, delta, external) == 0:
+                    break
+                correction = 0.5 * correction
+                delta = delta - correction
+            else:
+                return None, "a normal left the chart of its rotational variables"
+            try:
+                record.indefinite += bool(self._factor())
+            except SingularMatrix as error:
+                return None, str(error)
+            clock = time.perf_counter()
+            correction = self.solver.solve(self.residual)
+            self.seconds.solve += time.perf_counter() - clock
+            work = abs(float(self.residual @ correction))
+            if not np.isfinite(work):
+                return None, "the residual is not finite"
+            delta = delta + correction
+            record.iterations += 1
+            first_work = work if k == 1 else first_work
+            record.residual = work / first_work if first_work > 0.0 else 0.0
+            if k >= rule.min_iterations and (work <= rule.tolerance * first_work or work <= floor):
+                return delta, None
+        return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
+                      f"instead of {rule.tolerance:.2g}")
+
+    def _accept(self, state, scheme, start, dt, delta, record):
+        """End of a converged step: new state, energies, switches."""
+        backup = State(*(getattr(state, name).copy() for name in State.ARRAYS))
+        assembly.accept(self._numbering, scheme.end(dt), delta, state.x, state.x_low,
+                        state.variables, state.velocity, state.acceleration)
+        instant = self.observe(state)
+        if instant is None:
+            for name in State.ARRAYS:
+                getattr(state, name)[:] = getattr(backup, name)
+            return None
+        state.external_work += float(self.external_force(start + 0.5 * dt) @ delta)
+        record.switches += rotation.switch_charts(
+            self.numbering.start, self._fixed_component, state.variables, state.chart,
+            state.velocity, state.acceleration, self.p)
+        return instant
+
+    def _assemble(self, state, step, averaged, delta, external, tangent=True):
+        clock = time.perf_counter()
+        motion = (state.x, state.x_low, state.variables, state.chart, state.velocity,
+                  state.acceleration)
+        status = assembly.step_system(
+            self.elements, self._numbering, motion, self._start, step, averaged, delta, external,
+            self.solver.storage, tangent, self.solver.values, self.residual, self._scratch)
+        self.seconds.assembly += time.perf_counter() - clock
+        return status
+
+    def _factor(self):
+        clock = time.perf_counter()
+        negative = self.solver.factor()
+        self.seconds.factorization += time.perf_counter() - clock
+        return negative
+
+
+def scratch(n_nodes):
+    """Nodal work arrays of ``assembly.step_system``: dx, p_end, p_mid, A1, inertial accelerations
+    of x and p, force on x, internal and inertial force on p, and the forces at both ends."""
+    vectors = [np.zeros((n_nodes, 3)) for _ in range(8)]
+    dx, p_end, p_mid, a_x, a_p, force_x, force_p, rate_p = vectors
+    return (dx, p_end, p_mid, np.zeros((n_nodes, 3, 3)), a_x, a_p, force_x, force_p, rate_p,
+            np.zeros((2, n_nodes, 3)))
+
+
+def _supports(model, numbering):
+    """Component of the normal that must stay a variable (n_nodes,), -1 for none, and fixed dofs.
+
+    Two fixed components of a unit normal fix it altogether; a single one is kept as the first
+    rotational variable of its node.
+    """
+    mask = model.fixed
+    fixed = np.zeros(numbering.n_dof, dtype=bool)
+    fixed_component = np.full(len(model.nodes), -1, dtype=np.int64)
+    for i in np.flatnonzero(mask.any(axis=1)):
+        first = numbering.start[i]
+        fixed[first:first + 3] = mask[i, :3]
+        components = np.flatnonzero(mask[i, 3:])
+        if len(components) == 1:
+            fixed_component[i] = components[0]
+        fixed[first + 3:first + 3 + min(len(components), 2)] = True
+    return fixed_component, fixed
+
+
+def _load_patterns(model, numbering):
+    """One (history, (n_dof,) force) pair for each time function."""
+    patterns = {}
+    for load in model.loads:
+        pattern = patterns.setdefault(load.history, np.zeros(numbering.n_dof))
+        first = numbering.start[load.node]
+        pattern[first:first + 3] += load.force
+    return list(patterns.items())
