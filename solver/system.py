@@ -157,9 +157,8 @@ class System:
 
     def observe(self, state):
         """Energies and momenta of ``state``; makes it the start of the next step."""
-        if rotation.place_directors(state.variables, state.chart, self.p) >= 0:
-            return None
         start = self.numbering.start
+        rotation.place_directors(state.variables, state.chart, self.p)
         rotation.director_rates(start, state.velocity, state.chart, self.p, self.p_dot)
         velocity = state.velocity[start[:, None] + np.arange(3)]
         values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
@@ -238,8 +237,7 @@ class System:
         backup = State(*(getattr(state, name).copy() for name in State.ARRAYS))
         assembly.accept(self._numbering, scheme.end(dt), delta, state.x, state.x_low,
                         state.variables, state.velocity, state.acceleration)
-        instant = self.observe(state)
-        if instant is None:
+        if rotation.place_directors(state.variables, state.chart, self.p) >= 0:
             for name in State.ARRAYS:
                 getattr(state, name)[:] = getattr(backup, name)
             return None
@@ -247,7 +245,7 @@ class System:
         record.switches += rotation.switch_charts(
             self.numbering.start, self._fixed_component, state.variables, state.chart,
             state.velocity, state.acceleration, self.p)
-        return instant
+        return self.observe(state)
 
     def _assemble(self, state, step, averaged, delta, external, tangent=True):
         clock = time.perf_counter()

@@ -1,0 +1,1 @@
+"""Mesh-convergence studies of the paper's benchmarks, beside the printed tables."""

@@ -1,0 +1,246 @@
+"""One HDF5 file a run: histories, frames, checkpoints, and a view that ParaView opens.
+
+The number of steps is known when a run starts, so every dataset is created at its full size and its
+disk space written once; afterwards only numbers at fixed places change.  Two checkpoint slots are
+written in turn, each valid only together with its checksum, and the file is closed between
+writes.  So a run killed at any moment leaves a file that opens, and that resumes from the newest
+valid slot.
+
+Layout (SI units; row 0 of every history is t = 0):
+
+- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY``;
+- ``/frames/step`` (n_frames,), ``/frames/displacement`` and ``/frames/normal``
+  (n_frames * n_nodes, 3), ``/frames/strain_energy`` (n_frames * n_elem,): frame after frame;
+- ``/checkpoint/0``, ``/checkpoint/1``: arrays of the state, ``/model``: nodes and quads;
+- ``/VTKHDF``: the frames again, as links, with the mesh and its time steps.
+"""
+
+import json
+import os
+import zlib
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from .errors import ResultFileError
+from .system import State
+
+FORMAT = "corovec-run-1"
+
+HISTORY = np.dtype([
+    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
+    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("iterations", "i4"), ("residual", "f8"), ("switches", "i4"), ("halvings", "i4"),
+    ("indefinite", "i4")])
+"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
+
+
+class Recorder:
+    """Writes one run to one file; see the module."""
+
+    def __init__(self, path, shape):
+        self.path = Path(path)
+        self.n_nodes, self.n_elem, self.n_frames = shape
+
+    @classmethod
+    def create(cls, path, model, description, state, frame_steps, n_steps, overwrite):
+        """A new file with all its space reserved; an existing one needs ``overwrite``."""
+        path = Path(path)
+        if path.exists() and not overwrite:
+            raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
+                                  "continue it")
+        recorder = cls(path, (len(model.nodes), len(model.quads), len(frame_steps)))
+        partial = path.with_name(path.name + ".part")
+        try:
+            with h5py.File(partial, "w") as file:
+                recorder._layout(file, model, description, state, frame_steps, n_steps)
+            os.replace(partial, path)
+        except OSError as error:
+            partial.unlink(missing_ok=True)
+            raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
+        return recorder
+
+    @classmethod
+    def resume(cls, path, description):
+        """Continue a file of the same run; returns (recorder, step, state, history so far)."""
+        path = Path(path)
+        with _opened(path, "r") as file:
+            stored = _description(file, path)
+            for key, value in description.items():
+                if key not in ("versions", "machine") and stored.get(key) != value:
+                    raise ResultFileError(f"{path} is from other parameters: {key} is "
+                                          f"{stored.get(key)!r} there and {value!r} here")
+            step, state = _read_checkpoint(file, path)
+            group = file["history"]
+            history = np.zeros(step + 1, dtype=HISTORY)
+            for name in HISTORY.names:
+                history[name] = group[name][:step + 1]
+            shape = (len(file["model/nodes"]), len(file["model/quads"]), len(file["frames/step"]))
+        return cls(path, shape), step, state, history
+
+    def write(self, step, state, rows, first_row, frame):
+        """Append history ``rows`` from ``first_row``, the frame ``(index, displacement, normals,
+        element energies)``, and a checkpoint after ``step`` steps."""
+        index, displacement, normals, energy = frame
+        try:
+            with h5py.File(self.path, "r+") as file:
+                for name in HISTORY.names:
+                    file["history"][name][first_row:first_row + len(rows)] = rows[name]
+                frames = file["frames"]
+                nodes = slice(index * self.n_nodes, (index + 1) * self.n_nodes)
+                frames["displacement"][nodes] = displacement
+                frames["normal"][nodes] = normals
+                frames["strain_energy"][index * self.n_elem:(index + 1) * self.n_elem] = energy
+                file["VTKHDF/Steps/Values"][index] = rows["time"][-1]
+                file.flush()
+                _write_checkpoint(file[f"checkpoint/{index % 2}"], step, state)
+                file.flush()
+                file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(index + 1))
+        except OSError as error:
+            raise ResultFileError(f"{self.path} cannot be written after step {step}: "
+                                  f"{_reason(error)}; the file keeps the state of its last "
+                                  "checkpoint") from None
+
+    def _layout(self, file, model, description, state, frame_steps, n_steps):
+        file.attrs["format"] = FORMAT
+        file.attrs["description"] = json.dumps(description)
+        file.create_dataset("model/nodes", data=model.nodes)
+        file.create_dataset("model/quads", data=model.quads)
+        for name in HISTORY.names:
+            field = HISTORY[name]
+            _reserve(file, f"history/{name}", (n_steps + 1, *field.shape), field.base)
+        file.create_dataset("frames/step", data=np.asarray(frame_steps, dtype=np.int64))
+        _reserve(file, "frames/displacement", (self.n_frames * self.n_nodes, 3))
+        _reserve(file, "frames/normal", (self.n_frames * self.n_nodes, 3))
+        _reserve(file, "frames/strain_energy", (self.n_frames * self.n_elem,))
+        for slot in "01":
+            for name in State.ARRAYS:
+                array = getattr(state, name)
+                _reserve(file, f"checkpoint/{slot}/{name}", array.shape, array.dtype)
+            _reserve(file, f"checkpoint/{slot}/external_work", (1,))
+            file.create_dataset(f"checkpoint/{slot}/stamp", data=np.array([-1, 0]))
+        self._vtk(file, model)
+
+    def _vtk(self, file, model):
+        """VTKHDF transient unstructured grid; its point and cell data are links to the frames."""
+        n_nodes, n_elem, n_frames = self.n_nodes, self.n_elem, self.n_frames
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = np.array([2, 0], dtype=np.int64)
+        root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
+        root["NumberOfPoints"] = np.array([n_nodes], dtype=np.int64)
+        root["NumberOfCells"] = np.array([n_elem], dtype=np.int64)
+        root["NumberOfConnectivityIds"] = np.array([4 * n_elem], dtype=np.int64)
+        root["Points"] = file["model/nodes"]
+        root["Connectivity"] = model.quads.ravel()
+        root["Offsets"] = np.arange(n_elem + 1, dtype=np.int64) * 4
+        root["Types"] = np.full(n_elem, 9, dtype=np.uint8)
+        root["PointData/displacement"] = file["frames/displacement"]
+        root["PointData/normal"] = file["frames/normal"]
+        root["CellData/strain_energy"] = file["frames/strain_energy"]
+        steps = root.create_group("Steps")
+        steps.attrs["NSteps"] = np.int64(0)
+        _reserve(steps, "Values", (n_frames,))
+        zeros, frames = np.zeros(n_frames, dtype=np.int64), np.arange(n_frames, dtype=np.int64)
+        steps["PartOffsets"] = zeros
+        steps["NumberOfParts"] = zeros + 1
+        steps["PointOffsets"] = zeros
+        steps["CellOffsets"] = zeros[:, None]
+        steps["ConnectivityIdOffsets"] = zeros[:, None]
+        steps["PointDataOffsets/displacement"] = frames * n_nodes
+        steps["PointDataOffsets/normal"] = frames * n_nodes
+        steps["CellDataOffsets/strain_energy"] = frames * n_elem
+
+
+def read(path):
+    """Contents of a result file up to its newest checkpoint.
+
+    Returns:
+        dict: ``description`` (dict), ``step``, ``n_steps``, ``history`` (structured array of
+        ``HISTORY``), ``frame_steps`` (n,), ``displacement`` and ``normal`` (n, n_nodes, 3),
+        ``strain_energy`` (n, n_elem), ``nodes``, ``quads``.
+
+    Raises:
+        ResultFileError: no such file, not a corovec file, or damaged.
+    """
+    path = Path(path)
+    with _opened(path, "r") as file:
+        description = _description(file, path)
+        step, _ = _read_checkpoint(file, path)
+        group, frames = file["history"], file["frames"]
+        history = np.zeros(step + 1, dtype=HISTORY)
+        for name in HISTORY.names:
+            history[name] = group[name][:step + 1]
+        frame_steps = frames["step"][:]
+        written = int(np.sum(frame_steps <= step))
+        n_nodes, n_elem = len(file["model/nodes"]), len(file["model/quads"])
+        return {
+            "description": description, "step": step, "n_steps": len(group["time"]) - 1,
+            "history": history, "frame_steps": frame_steps[:written],
+            "displacement": frames["displacement"][:written * n_nodes].reshape(-1, n_nodes, 3),
+            "normal": frames["normal"][:written * n_nodes].reshape(-1, n_nodes, 3),
+            "strain_energy": frames["strain_energy"][:written * n_elem].reshape(-1, n_elem),
+            "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+
+
+@contextmanager
+def _opened(path, mode):
+    if not path.exists():
+        raise ResultFileError(f"{path} does not exist")
+    try:
+        with h5py.File(path, mode) as file:
+            yield file
+    except (OSError, KeyError, RuntimeError, json.JSONDecodeError) as error:
+        raise ResultFileError(f"{path} is damaged or not a result file: {_reason(error)}") from None
+
+
+def _description(file, path):
+    if file.attrs.get("format") != FORMAT:
+        raise ResultFileError(f"{path} was not written by this version of corovec (format "
+                              f"{file.attrs.get('format')!r}, needed {FORMAT!r})")
+    return json.loads(file.attrs["description"])
+
+
+def _reserve(group, name, shape, dtype=np.dtype("f8")):
+    """A contiguous dataset whose space is written (NaN or -1) when it is created."""
+    fill = np.nan if np.dtype(dtype).kind == "f" else -1
+    dataset = group.create_dataset(name, shape, dtype, fillvalue=fill)
+    dataset[...] = fill
+    return dataset
+
+
+def _checksum(group, step):
+    """CRC-32 of a slot's arrays and of the step number it belongs to."""
+    crc = zlib.crc32(np.int64(step).tobytes())
+    for name in (*State.ARRAYS, "external_work"):
+        crc = zlib.crc32(np.ascontiguousarray(group[name][...]).tobytes(), crc)
+    return crc
+
+
+def _write_checkpoint(group, step, state):
+    group["stamp"][0] = -1
+    for name in State.ARRAYS:
+        group[name][...] = getattr(state, name)
+    group["external_work"][0] = state.external_work
+    group["stamp"][...] = step, _checksum(group, step)
+
+
+def _read_checkpoint(file, path):
+    """(step, state) of the newest slot whose checksum holds."""
+    slots = sorted(file["checkpoint"].values(), key=lambda slot: -int(slot["stamp"][0]))
+    for slot in slots:
+        step, crc = (int(value) for value in slot["stamp"][:])
+        if step >= 0 and crc == _checksum(slot, step):
+            arrays = (slot[name][...] for name in State.ARRAYS)
+            return step, State(*arrays, external_work=float(slot["external_work"][0]))
+    raise ResultFileError(f"{path} is damaged: neither of its two checkpoints is intact")
+
+
+def _reason(error):
+    """First line of an error, without HDF5's nested explanations."""
+    number = getattr(error, "errno", None)
+    if number:
+        return os.strerror(number)
+    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
