@@ -11,7 +11,7 @@ from .study import mesh_study, printed_energies
 @click.command()
 @click.argument("case", default="l-plate")
 @click.option("--elements", type=int, multiple=True,
-              help="A mesh, by its number of elements; repeat for several. Default: the coarsest 3.")
+              help="A mesh, by its number of elements; may be repeated. Default: the coarsest 3.")
 @click.option("--dt", type=float, help="Time step [s]. Default: 1/500 of the loading time.")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")

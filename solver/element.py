@@ -35,7 +35,7 @@ class Elements(NamedTuple):
     directors: np.ndarray
     y0: np.ndarray
     r0: np.ndarray
-    l: np.ndarray  # noqa: E741  the letter of the formulation
+    l: np.ndarray
     Q: np.ndarray
     k_b: np.ndarray
     mass: np.ndarray
@@ -92,17 +92,23 @@ def jacobians(corners):
     """Determinants of Eq. (38) at the four vertices, (n_elem, 4): positive in a convex element."""
     rotation = initial_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
-    return np.stack([_gauss_point(local, vertex)[2] for vertex in CORNERS], axis=1)
+    return np.stack([np.linalg.det(_jacobian(local, shape_functions(vertex)[1]))
+                     for vertex in CORNERS], axis=1)
 
 
 def _unit(vectors):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
+def _jacobian(local, natural):
+    """``d(x, y)/d(xi, eta)`` (n_elem, 2, 2) from natural derivatives (2, 4)."""
+    return np.einsum("ai,eib->eab", natural, local[:, :, :2])
+
+
 def _gauss_point(local, point):
     """``(N (4,), dN/d(x, y) (n_elem, 2, 4), det J (n_elem,))`` at one natural point."""
     shape, natural = shape_functions(point)
-    jacobian = np.einsum("ai,eib->eab", natural, local[:, :, :2])
+    jacobian = _jacobian(local, natural)
     cartesian = np.linalg.solve(jacobian, np.broadcast_to(natural, (len(local), 2, 4)))
     return shape, cartesian, np.linalg.det(jacobian)
 
@@ -178,7 +184,7 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
 def _five_modes(local, point, field):
     """Five-parameter membrane field (n_elem, 3, 5) on the basis of the element's centre."""
     _, natural = shape_functions((0.0, 0.0))
-    basis = np.einsum("ai,eib->eab", natural, local[:, :, :2])
+    basis = _jacobian(local, natural)
     if field == "strain":
         basis = np.linalg.inv(basis).transpose(0, 2, 1)
     modes = np.zeros((len(local), 3, 5))
@@ -219,7 +225,6 @@ def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
 def _mitc4_shear(local, point):
     """MITC4 transverse shear (gamma_xz, gamma_yz) at ``point``: (n_elem, 2, 12)."""
     _, natural = shape_functions(point)
-    jacobian = np.einsum("ai,eib->eab", natural, local[:, :, :2])
     covariant = np.zeros((len(local), 2, 12))
     for axis, (tying, other) in enumerate((((0.0, 1.0), 1), ((1.0, 0.0), 0))):
         for sign in (-1.0, 1.0):
@@ -230,7 +235,7 @@ def _mitc4_shear(local, point):
             covariant[:, axis, :4] += weight * derivative[axis]
             covariant[:, axis, 4::2] += weight * shape * tangent[:, :1]
             covariant[:, axis, 5::2] += weight * shape * tangent[:, 1:]
-    return np.linalg.solve(jacobian, covariant)
+    return np.linalg.solve(_jacobian(local, natural), covariant)
 
 
 def _mass(points, thickness, density):

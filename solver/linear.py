@@ -123,7 +123,6 @@ class SuperLU:
 
     def __init__(self, numbering):
         row_pointer, lower, offset = _lower_pattern(numbering)
-        rows = np.arange(numbering.n_dof)
         self.values = np.zeros(lower.nnz)
         self.storage = (row_pointer[:-1], offset, row_pointer[1:] - 1, 1)
         lower.data[:] = np.arange(1.0, lower.nnz + 1.0)

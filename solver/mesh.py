@@ -51,6 +51,6 @@ def node_at(nodes, point):
     distance = np.linalg.norm(nodes - np.asarray(point, dtype=float), axis=1)
     nearest = int(np.argmin(distance))
     if distance[nearest] > MERGE * np.ptp(nodes, axis=0).max():
-        raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, is at "
-                         f"{nodes[nearest].tolist()}")
+        raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, "
+                         f"is at {nodes[nearest].tolist()}")
     return nearest

@@ -10,8 +10,15 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .element import (CORNERS, MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants,
-                      jacobians, shape_functions)
+from .element import (
+    CORNERS,
+    MEMBRANE_FIELDS,
+    SHEAR_FIELDS,
+    Elements,
+    element_constants,
+    jacobians,
+    shape_functions,
+)
 from .errors import InputError
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
@@ -68,9 +75,10 @@ class NodalLoad:
 class Support:
     """Fixed components of some nodes.
 
-    ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  A
-    clamped edge is ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const ``("x", "px")``.
-    Two fixed components of a unit normal fix the third, so two or three mean the same.
+    ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  An
+    edge is clamped by ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const needs
+    ``("x", "px")``.  Two fixed components of a unit normal fix the third: two or three are the
+    same.
     """
 
     nodes: tuple
@@ -116,8 +124,9 @@ class Model:
         quads = _node_numbers(self.quads, len(nodes))
         _set(self, nodes=nodes, quads=quads, loads=tuple(self.loads),
              supports=tuple(self.supports))
+        _check_connectivity(quads)
         _check_nodes(nodes, quads)
-        _check_quads(nodes, quads)
+        _check_shapes(nodes, quads)
         n_elem = len(quads)
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = _per_element(name, getattr(self, name), n_elem)
@@ -187,8 +196,7 @@ class Model:
             if not 0 <= load.node < len(self.nodes):
                 raise InputError(f"load {k}: node {load.node} does not exist "
                                  f"(0 to {len(self.nodes) - 1})")
-            force = np.asarray(load.force, dtype=float)
-            if force.shape != (3,) or not np.all(np.isfinite(force)):
+            if not _is_finite_vector(load.force):
                 raise InputError(f"load {k} at node {load.node}: force {load.force} must be three "
                                  "finite numbers [N]")
 
@@ -224,12 +232,21 @@ def _floats(name, values, shape):
         raise InputError(f"{name}: not an array of numbers") from None
     wanted = tuple(size if want is None else want for want, size in zip(shape, array.shape))
     if array.ndim != len(shape) or array.shape != wanted or not array.size:
-        raise InputError(f"{name}: shape {array.shape} given, ({', '.join('n' if s is None else str(s) for s in shape)}) needed")
+        needed = ", ".join("n" if size is None else str(size) for size in shape)
+        raise InputError(f"{name}: shape {array.shape} given, ({needed}) needed")
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
         where = ", ".join(str(int(i)) for i in bad[0])
         raise InputError(f"{name}[{where}] is {array[tuple(bad[0])]}, must be finite")
     return array
+
+
+def _is_finite_vector(values):
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return array.shape == (3,) and bool(np.all(np.isfinite(array)))
 
 
 def _per_element(name, values, n_elem):
@@ -275,11 +292,12 @@ def _check_nodes(nodes, quads):
     pairs = cKDTree(nodes).query_pairs(COINCIDENT * size, output_type="ndarray")
     if len(pairs):
         first, second = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))[0]]
-        raise InputError(f"nodes {first} and {second} are at the same place {nodes[first].tolist()}")
+        raise InputError(f"nodes {first} and {second} are at the same place "
+                         f"{nodes[first].tolist()}")
 
 
-def _check_quads(nodes, quads):
-    """No repeated, degenerate, inverted or non-convex element; neighbours share one orientation."""
+def _check_connectivity(quads):
+    """No repeated node or element; neighbours have one orientation."""
     for k, quad in enumerate(quads):
         if len(set(quad.tolist())) < 4:
             raise InputError(f"element {k}: nodes {quad.tolist()} repeat, a quad needs four")
@@ -290,6 +308,11 @@ def _check_quads(nodes, quads):
         k = int(duplicate[0])
         raise InputError(f"element {k} duplicates element {int(first[inverse.ravel()[k]])}: nodes "
                          f"{quads[k].tolist()}")
+    _check_orientation(quads)
+
+
+def _check_shapes(nodes, quads):
+    """No degenerate, inverted or non-convex element."""
     corners = nodes[quads]
     diagonals = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
     lengths = np.linalg.norm(diagonals, axis=2)
@@ -297,7 +320,8 @@ def _check_quads(nodes, quads):
     flat = area <= MIN_JACOBIAN * lengths.max(axis=1) ** 2
     if np.any(flat):
         k = int(np.argmax(flat))
-        raise InputError(f"element {k}: degenerate, its nodes {quads[k].tolist()} span no area")
+        raise InputError(f"element {k}: degenerate or twisted, the diagonals of its nodes "
+                         f"{quads[k].tolist()} are parallel")
     determinants = jacobians(corners)
     bad = determinants.min(axis=1) <= MIN_JACOBIAN * determinants.max(axis=1)
     if np.any(bad):
@@ -305,7 +329,6 @@ def _check_quads(nodes, quads):
         vertex = int(np.argmin(determinants[k]))
         raise InputError(f"element {k}: degenerate, inverted or not convex at its node "
                          f"{quads[k, vertex]} (nodes {quads[k].tolist()})")
-    _check_orientation(quads)
 
 
 def _check_orientation(quads):

@@ -1,10 +1,10 @@
 """One HDF5 file a run: histories, frames, checkpoints, and a view that ParaView opens.
 
-The number of steps is known when a run starts, so every dataset is created at its full size and its
-disk space written once; afterwards only numbers at fixed places change.  Two checkpoint slots are
-written in turn, each valid only together with its checksum, and the file is closed between
-writes.  So a run killed at any moment leaves a file that opens, and that resumes from the newest
-valid slot.
+The number of steps is known when a run starts, so every dataset is created at its full size and
+its disk space is claimed at once; afterwards only numbers at fixed places change.  Two checkpoint
+slots are written in turn, each valid only together with its checksum, and the file is closed
+between writes.  So a run killed at any moment leaves a file that opens, and that resumes from the
+newest valid slot.
 
 Layout (SI units; row 0 of every history is t = 0):
 
@@ -28,6 +28,9 @@ from .errors import ResultFileError
 from .system import State
 
 FORMAT = "corovec-run-1"
+
+METADATA = 200_000
+"""Bytes that the headers of a file take at most (measured: 36 kB)."""
 
 HISTORY = np.dtype([
     ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
@@ -55,8 +58,12 @@ class Recorder:
         recorder = cls(path, (len(model.nodes), len(model.quads), len(frame_steps)))
         partial = path.with_name(path.name + ".part")
         try:
-            with h5py.File(partial, "w") as file:
+            # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
+            claimed = recorder._bytes(model, state, n_steps)
+            _claim(partial, claimed)
+            with h5py.File(partial, "w", locking=False) as file:
                 recorder._layout(file, model, description, state, frame_steps, n_steps)
+            _claim(partial, partial.stat().st_size)
             os.replace(partial, path)
         except OSError as error:
             partial.unlink(missing_ok=True)
@@ -68,11 +75,7 @@ class Recorder:
         """Continue a file of the same run; returns (recorder, step, state, history so far)."""
         path = Path(path)
         with _opened(path, "r") as file:
-            stored = _description(file, path)
-            for key, value in description.items():
-                if key not in ("versions", "machine") and stored.get(key) != value:
-                    raise ResultFileError(f"{path} is from other parameters: {key} is "
-                                          f"{stored.get(key)!r} there and {value!r} here")
+            _check_same_run(path, _description(file, path), description)
             step, state = _read_checkpoint(file, path)
             group = file["history"]
             history = np.zeros(step + 1, dtype=HISTORY)
@@ -86,7 +89,7 @@ class Recorder:
         element energies)``, and a checkpoint after ``step`` steps."""
         index, displacement, normals, energy = frame
         try:
-            with h5py.File(self.path, "r+") as file:
+            with h5py.File(self.path, "r+", locking=False) as file:
                 for name in HISTORY.names:
                     file["history"][name][first_row:first_row + len(rows)] = rows[name]
                 frames = file["frames"]
@@ -103,6 +106,14 @@ class Recorder:
             raise ResultFileError(f"{self.path} cannot be written after step {step}: "
                                   f"{_reason(error)}; the file keeps the state of its last "
                                   "checkpoint") from None
+
+    def _bytes(self, model, state, n_steps):
+        """An upper bound of the file's size."""
+        checkpoint = sum(getattr(state, name).nbytes for name in State.ARRAYS)
+        frame = 48 * self.n_nodes + 8 * self.n_elem + 100
+        mesh = 2 * (model.nodes.nbytes + model.quads.nbytes) + 9 * self.n_elem
+        return (HISTORY.itemsize * (n_steps + 1) + frame * self.n_frames + 2 * checkpoint + mesh
+                + METADATA)
 
     def _layout(self, file, model, description, state, frame_steps, n_steps):
         file.attrs["format"] = FORMAT
@@ -190,7 +201,7 @@ def _opened(path, mode):
     if not path.exists():
         raise ResultFileError(f"{path} does not exist")
     try:
-        with h5py.File(path, mode) as file:
+        with h5py.File(path, mode, locking=False) as file:
             yield file
     except (OSError, KeyError, RuntimeError, json.JSONDecodeError) as error:
         raise ResultFileError(f"{path} is damaged or not a result file: {_reason(error)}") from None
@@ -203,12 +214,36 @@ def _description(file, path):
     return json.loads(file.attrs["description"])
 
 
-def _reserve(group, name, shape, dtype=np.dtype("f8")):
-    """A contiguous dataset whose space is written (NaN or -1) when it is created."""
-    fill = np.nan if np.dtype(dtype).kind == "f" else -1
-    dataset = group.create_dataset(name, shape, dtype, fillvalue=fill)
-    dataset[...] = fill
-    return dataset
+def _check_same_run(path, there, here):
+    """A resumed run must have the settings, solver and model of the file."""
+    for key, value in {**here["settings"], "solver": here["solver"]}.items():
+        stored = there["solver"] if key == "solver" else there["settings"].get(key)
+        if stored != value:
+            raise ResultFileError(f"{path} is from other parameters: {key} is {stored} there and "
+                                  f"{value} here")
+    if there["model"] != here["model"]:
+        case = there["case"]
+        what = f" ({case['name']}, {case['elements']} elements)" if case else ""
+        raise ResultFileError(f"{path} is from other parameters: its model is another one{what}")
+
+
+def _reserve(group, name, shape, dtype="f8"):
+    """A contiguous dataset with its place in the file, not yet written."""
+    places = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    places.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    places.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    group.create_dataset(name, shape, dtype, dcpl=places)
+
+
+def _claim(path, size):
+    """Make the system set ``size`` bytes of disk aside for ``path``; OSError where it cannot."""
+    with open(path, "ab") as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+        else:
+            block = bytes(1 << 20)
+            while (rest := size - file.tell()) > 0:
+                file.write(block[:rest])
 
 
 def _checksum(group, step):

@@ -42,7 +42,8 @@ class Scheme:
     def end(self, dt):
         """Factors of (delta, U_dot, U_ddot) in U_dot and in U_ddot at t_{n+1} (Newmark)."""
         gamma, beta = self.gamma, self.beta
-        return (gamma / (beta * dt), (beta - gamma) / beta, (2.0 * beta - gamma) / (2.0 * beta) * dt,
+        return (gamma / (beta * dt), (beta - gamma) / beta,
+                (2.0 * beta - gamma) / (2.0 * beta) * dt,
                 1.0 / (beta * dt**2), -1.0 / (beta * dt), (2.0 * beta - 1.0) / (2.0 * beta))
 
 
@@ -54,7 +55,8 @@ def make_scheme(name="quasi", rho_inf=1.0, transformation="midpoint"):
     alpha_f``, ``beta = (1 - alpha_m + alpha_f)^2 / 4`` (Chung and Hulbert 1993; the paper points to
     its reference [67]).  rho_inf = 1 conserves, smaller values dissipate high frequencies.
 
-    ``newmark``: the trapezoidal rule with equilibrium at t_{n+1}, a baseline that does not conserve.
+    ``newmark``: the trapezoidal rule with equilibrium at t_{n+1}, a baseline that does not
+    conserve.
 
     Raises:
         InputError: unknown name or transformation, rho_inf outside [0, 1].

@@ -8,6 +8,7 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from .errors import InputError
 from .linear import SOLVERS
@@ -63,7 +64,7 @@ class Settings:
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)
-        self.newton
+        NewtonRule(self.tolerance, self.min_iterations, self.max_iterations)
 
     @property
     def n_steps(self):
@@ -157,6 +158,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
              case=None):
     """Run ``model`` from rest (or its initial velocities) to ``settings.end_time``.
 
+    Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
+
     Args:
         model: :class:`solver.Model`; settings: :class:`Settings`.
         output: result file (HDF5); None keeps the result in memory only.
@@ -173,33 +176,36 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
+    with threadpool_limits(1):
+        return _simulate(model, settings, output, overwrite, resume, progress, case)
+
+
+def _simulate(model, settings, output, overwrite, resume, progress, case):
     system = System(model, settings.solver)
     scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
     state = system.initial_state()
     n_steps, frame_steps = settings.n_steps, settings.frame_steps
     history = np.zeros(n_steps + 1, dtype=HISTORY)
-    step = 0
+    done = 0
     recorder = None
     frame_of_step = {int(s): k for k, s in enumerate(frame_steps)}
     if output is not None:
         description = describe(model, settings, system.solver.name, case)
         if resume and Path(output).exists():
-            recorder, step, state, done = Recorder.resume(output, description)
-            history[:step + 1] = done
+            recorder, done, state, rows = Recorder.resume(output, description)
+            history[:done + 1] = rows
             system.observe(state)
         else:
             recorder = Recorder.create(output, model, description, state, frame_steps, n_steps,
                                        overwrite)
-    written = step + 1
-    if step == 0:
+    written = done + 1
+    if done == 0:
         _fill(history[0], 0.0, system.observe(state), state, StepRecord())
-        written = 0
         if recorder:
             recorder.write(0, state, history[:1], 0, _frame(system, state, 0))
-            written = 1
     clock = time.perf_counter()
     system.seconds = Seconds()
-    for step in range(step + 1, n_steps + 1):
+    for step in range(done + 1, n_steps + 1):
         record = StepRecord()
         instant = system.advance(state, scheme, settings.newton, (step - 1) * settings.dt,
                                  settings.dt, record)

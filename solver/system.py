@@ -1,7 +1,7 @@
 """One time step of a model: the discrete system, its state, and Newton's iteration (Eqs. 61-67)."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 

@@ -227,7 +227,7 @@ def _frame_stiffness(a, b, L1, L2, yl, r, f, g, E, C):
 
 @njit(cache=True)
 def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
-    """Element tangent ``T^T k_T T + dT/du : f_int`` of Eq. (63), without the second derivative of p.
+    """Element tangent ``T^T k_T T + dT/du : f_int``, Eq. (63), but for second derivatives of p.
 
     The columns ``A[i, :, :n_rot[i]]`` are the directions dp_i/dn_i.  ``ke`` (24, 24) receives, for
     vertex i, rows 6 i + (0, 1, 2) for x_i and 6 i + 3 + c for column c of A_i; unused rows are left

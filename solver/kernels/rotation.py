@@ -36,7 +36,7 @@ def normal(p_n, p_m, chart, p):
 @njit(cache=True)
 def first_derivatives(p, chart, A1):
     """``A1`` (3, >=2) of Eq. (27): ``dp_l/dp_n = -p_n/p_l``, ``dp_l/dp_m = -p_m/p_l``."""
-    n, m, l = chart[0], chart[1], chart[2]  # noqa: E741
+    n, m, l = chart[0], chart[1], chart[2]
     A1[n, 0], A1[n, 1] = 1.0, 0.0
     A1[m, 0], A1[m, 1] = 0.0, 1.0
     A1[l, 0], A1[l, 1] = -p[n] / p[l], -p[m] / p[l]
@@ -52,7 +52,7 @@ def second_derivatives(p, chart):
 
 @njit(cache=True)
 def curvature(p, chart, f_p):
-    """``f_p . d2p/dn2``: its entries (nn, nm, mm), the last term of the tangent by the chain rule."""
+    """``f_p . d2p/dn2``, the last term of the tangent by the chain rule: (nn, nm, mm)."""
     nn, nm, mm = second_derivatives(p, chart)
     f_l = f_p[chart[2]]
     return f_l * nn, f_l * nm, f_l * mm
@@ -102,7 +102,7 @@ def place_directors(variables, chart, p):
 def director_rates(start, velocity, chart, p, p_dot):
     """``p_dot = A1 n_dot`` (Eq. 30a) of all nodes from the dof velocities."""
     for i in range(p.shape[0]):
-        n, m, l = chart[i, 0], chart[i, 1], chart[i, 2]  # noqa: E741
+        n, m, l = chart[i, 0], chart[i, 1], chart[i, 2]
         p_dot[i, n] = velocity[start[i] + 3]
         p_dot[i, m] = velocity[start[i] + 4]
         p_dot[i, l] = -(p[i, n] * p_dot[i, n] + p[i, m] * p_dot[i, m]) / p[i, l]
@@ -168,7 +168,7 @@ def switch_charts(start, fixed_component, variables, chart, velocity, accelerati
             continue
         switched += 1
         k = start[i] + 3
-        n, m, l = chart[i, 0], chart[i, 1], chart[i, 2]  # noqa: E741
+        n, m, l = chart[i, 0], chart[i, 1], chart[i, 2]
         rate[n], rate[m] = velocity[k], velocity[k + 1]
         rate[l] = -(p[i, n] * rate[n] + p[i, m] * rate[m]) / p[i, l]
         second[n], second[m] = acceleration[k], acceleration[k + 1]

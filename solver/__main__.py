@@ -1,0 +1,5 @@
+"""``python -m solver`` is ``corovec``."""
+
+from .cli import main
+
+main()

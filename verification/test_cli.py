@@ -1,0 +1,77 @@
+"""The command line, as a user meets it."""
+
+import json
+
+import pytest
+
+from verification.test_recorder import corovec
+
+QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
+
+
+def test_run_prints_a_summary():
+    done = corovec(*QUICK)
+    assert done.returncode == 0 and done.stderr == ""
+    for label in ("kinetic energy", "strain energy", "drift since unloading", "assembly", "solve",
+                  "iterations per step", "factorization", "compilation", "banded"):
+        assert label in done.stdout
+
+
+def test_run_json_is_one_object():
+    done = corovec(*QUICK, "--json", "--solver", "skyline")
+    summary = json.loads(done.stdout)
+    assert summary["solver"] == "skyline" and summary["unknowns"] == 240
+    assert summary["total_energy"] == pytest.approx(70.64, rel=2e-3)
+    assert summary["drift_since_unloading"]["linear_momentum"] < 1e-11
+    assert set(summary["seconds"]) == {"assembly", "factorization", "solve", "rest", "total",
+                                       "compilation"}
+
+
+def test_info_and_list(tmp_path):
+    path = str(tmp_path / "run.h5")
+    run = json.loads(corovec(*QUICK, "--output", path, "--json").stdout)
+    info = json.loads(corovec("info", path, "--json").stdout)
+    for key in ("total_energy", "linear_momentum", "drift_since_unloading", "solver", "elements"):
+        assert info[key] == run[key]
+    assert info["steps"] == info["steps_planned"] == 120
+    listing = corovec("list").stdout
+    assert "30, 120, 480, 1920, 7680" in listing and "[assumed]" in listing
+    cases = json.loads(corovec("list", "--json").stdout)
+    assert {row["provenance"] for row in cases["l-plate"]["provenance"]} == {"printed", "assumed"}
+
+
+def test_resume_of_a_finished_run_computes_nothing(tmp_path):
+    path = str(tmp_path / "run.h5")
+    first = json.loads(corovec(*QUICK, "--output", path, "--json").stdout)
+    again = json.loads(corovec(*QUICK, "--output", path, "--resume", "--json").stdout)
+    assert again["total_energy"] == first["total_energy"]
+    assert again["seconds"]["assembly"] == 0.0
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (("run", "plate"), "case 'plate' is unknown"),
+    (("run", "l-plate", "--elements", "7"), "no mesh of 7 elements"),
+    (("run", "l-plate", "--dt", "0"), "dt must be positive"),
+    (("run", "l-plate", "--dt", "soon"), "'soon' is not a valid float"),
+    (("run", "l-plate", "--scheme", "euler"), "scheme 'euler' is unknown"),
+    (("run", "l-plate", "--solver", "lu"), "solver 'lu' is unknown"),
+    (("run", "l-plate", "--rho-inf", "2"), "rho_inf must lie in [0, 1]"),
+    (("run", "l-plate", "--membrane", "thick"), "membrane 'thick' is unknown"),
+    (("run", "l-plate", "--resume"), "--resume needs --output"),
+    (("run", "l-plate", "--output", "/no/such/place.h5"), "cannot be created"),
+    (("info", "nothing.h5"), "nothing.h5 does not exist"),
+    (("info", __file__), "damaged or not a result file"),
+    (("converge", "plate"), "case 'plate' is unknown"),
+    (("converge", "l-plate", "--dt", "5"), "too long for the loading time"),
+    (("dance",), "No such command 'dance'"),
+])
+def test_wrong_usage_is_status_2_and_says_why(arguments, message):
+    done = corovec(*arguments)
+    assert done.returncode == 2
+    assert message in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("command", ["", "run", "info", "list", "converge"])
+def test_help_has_examples(command):
+    done = corovec(*command.split(), "--help")
+    assert done.returncode == 0 and "Example" in done.stdout and "corovec" in done.stdout

@@ -1,0 +1,133 @@
+"""The linear solvers against LAPACK, on random matrices and on real tangents."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from solver import InputError
+from solver.kernels import gauss, skyline
+from solver.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
+from solver.numbering import number_dofs
+from solver.scheme import make_scheme
+from verification.models import cross_code_plate, rectangle, warped_patch
+from verification.test_system import full_matrix, make_system
+
+
+def random_skyline(rng, n, definite=True):
+    """A random symmetric matrix with a ragged profile, full and in skyline storage."""
+    first = np.array([rng.integers(max(0, i - 12), i + 1) for i in range(n)])
+    L, d = np.zeros((n, n)), rng.uniform(0.5, 2.0, n)
+    if not definite:
+        d[rng.permutation(n)[:n // 3]] *= -1.0
+    for i in range(n):
+        L[i, first[i]:i] = rng.uniform(-0.3, 0.3, i - first[i])
+        L[i, i] = 1.0
+    A = L @ np.diag(d) @ L.T
+    diagonal = np.cumsum(np.arange(n) - first + 1) - 1
+    values = np.concatenate([A[i, first[i]:i + 1] for i in range(n)])
+    return A, values, diagonal, d
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 9, 40, 173])
+@pytest.mark.parametrize("definite", [True, False])
+def test_skyline_against_lapack(n, definite):
+    """LDL^T, its pivots' signs (Sylvester) and the solution, for profiles of every raggedness."""
+    rng = np.random.default_rng(n)
+    A, values, diagonal, d = random_skyline(rng, n, definite)
+    negative, failed = skyline.factor(values, diagonal)
+    assert failed == -1
+    assert negative == np.sum(np.linalg.eigvalsh(A) < 0.0)
+    assert np.allclose(values[diagonal], d, rtol=1e-9)
+    b = rng.normal(size=n)
+    x = b.copy()
+    skyline.solve(values, diagonal, x)
+    reference = scipy.linalg.solve(A, b)
+    # backward stable up to the growth of L (entries below 1): condition times eps, with margin
+    assert np.abs(x - reference).max() < 1e-14 * np.linalg.cond(A) * np.abs(reference).max()
+
+
+def test_skyline_zero_pivot_is_reported():
+    values, diagonal = np.array([1.0, 1.0, 1.0]), np.array([0, 2])
+    assert skyline.factor(values, diagonal) == (0, 1)
+    values = np.array([1.0, np.nan, 1.0])
+    assert skyline.factor(values, diagonal) == (0, 1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 60])
+def test_gauss_against_lapack(n):
+    """Gaussian elimination with partial pivoting on unsymmetric matrices."""
+    rng = np.random.default_rng(n)
+    A, b = rng.normal(size=(n, n)), rng.normal(size=n)
+    A[0, 0] = 0.0 if n > 1 else 2.0
+    factors, rows, x = A.copy(), np.zeros(n, dtype=np.int64), b.copy()
+    assert gauss.factor(factors, rows) == -1
+    gauss.solve(factors, rows, x)
+    assert np.array_equal(rows, scipy.linalg.lu_factor(A)[1])
+    assert np.allclose(x, np.linalg.solve(A, b), rtol=0, atol=1e-13 * np.linalg.cond(A))
+
+
+def test_gauss_singular_is_reported():
+    assert gauss.factor(np.zeros((3, 3)), np.zeros(3, dtype=np.int64)) == 0
+    assert gauss.factor(np.ones((2, 2)), np.zeros(2, dtype=np.int64)) == 1
+
+
+@pytest.mark.parametrize("kind", ["skyline", "dense", "auto", "superlu"])
+@pytest.mark.parametrize("shell", ["warped", "plate"])
+def test_real_tangents(kind, shell):
+    """Solutions with the iteration matrix of a step, against LAPACK on the full matrix."""
+    rng = np.random.default_rng(4)
+    model = warped_patch(rng, (5, 4)) if shell == "warped" else cross_code_plate(1)
+    system = make_system(model, kind)
+    state, n = system.initial_state(), system.numbering.n_dof
+    delta = rng.uniform(-1e-3, 1e-3, n)
+    assert system._assemble(state, make_scheme().midpoint(1e-2), False, delta, np.zeros(n)) == 0
+    A, b = full_matrix(system), rng.normal(size=n)
+    negative = system.solver.factor()
+    x = system.solver.solve(b)
+    reference = scipy.linalg.solve(A, b, assume_a="sym")
+    assert np.abs(x - reference).max() < 1e-15 * np.linalg.cond(A) * np.abs(reference).max()
+    assert negative in (None, int(np.sum(np.linalg.eigvalsh(A) < 0.0)))
+
+
+@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU])
+def test_indefinite_matrix_is_handled_and_told(solver_class):
+    """An indefinite tangent is solved all the same, and its negative pivots are counted."""
+    rng = np.random.default_rng(0)
+    model = rectangle(3.0, 2.0, (3, 2))
+    numbering = number_dofs(model.quads, len(model.nodes))
+    solver = solver_class(numbering)
+    system = make_system(model)
+    system.solver = solver
+    n = numbering.n_dof
+    system._assemble(system.initial_state(), make_scheme().midpoint(1e-2), False, np.zeros(n),
+                     np.zeros(n))
+    solver.values[solver.storage[2][7]] -= 1e6
+    A, b = full_matrix(system), rng.normal(size=n)
+    assert solver.factor() == np.sum(np.linalg.eigvalsh(A) < 0.0) == 1
+    residual = A @ solver.solve(b) - b
+    assert np.abs(residual).max() < 1e-8
+
+
+@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU])
+def test_singular_matrix_raises(solver_class):
+    model = rectangle(1.0, 1.0, (1, 1))
+    with pytest.raises(SingularMatrix):
+        solver_class(number_dofs(model.quads, 4)).factor()
+
+
+def test_node_order_narrows_the_band():
+    """L-plate 8x60: the mean row holds little more than one row of 9 nodes (45) plus a neighbour
+    and a half row, although the corner couples two rows."""
+    model = cross_code_plate(4)
+    numbering = number_dofs(model.quads, len(model.nodes))
+    solver = Skyline(numbering)
+    n = numbering.n_dof
+    assert n == 2745
+    assert 45 * n < len(solver.values) < 65 * n
+    assert sorted(numbering.start) == list(range(0, n, 5))
+
+
+def test_unknown_solver():
+    model = rectangle(1.0, 1.0, (1, 1))
+    with pytest.raises(InputError, match="solver 'cramer' is unknown, must be one of: auto"):
+        make_solver("cramer", number_dofs(model.quads, 4))
