@@ -5,7 +5,7 @@ import json
 import pytest
 
 from convergence.study import mesh_study, printed_energies
-from verification.test_recorder import corovec
+from verification.helpers import corovec
 
 
 def test_printed_energies_are_those_of_table_1():

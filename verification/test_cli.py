@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from verification.test_recorder import corovec
+from verification.helpers import corovec
 
 QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
 

@@ -9,8 +9,8 @@ from solver.kernels import gauss, skyline
 from solver.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
 from solver.numbering import number_dofs
 from solver.scheme import make_scheme
+from verification.helpers import full_matrix, make_system
 from verification.models import cross_code_plate, rectangle, warped_patch
-from verification.test_system import full_matrix, make_system
 
 
 def random_skyline(rng, n, definite=True):

@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 
 import h5py
@@ -13,17 +12,11 @@ import pytest
 
 from solver import InputError, ResultFileError, Settings, read, simulate
 from solver.cases import load_case
+from verification.helpers import COMMAND, corovec
 from verification.models import cross_code_plate
 
 RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "2",
        "--frame-every", "25")
-NOT_COMPARED = ("description",)
-
-
-def corovec(*arguments, **options):
-    return subprocess.run([sys.executable, "-m", "solver", *arguments], text=True,
-                          capture_output=True, check=False, **options)
-
 
 def datasets(path):
     """Every dataset of a file but those that only say where and when it was written."""
@@ -53,7 +46,7 @@ def test_killed_run_resumes_bit_for_bit(tmp_path):
     assert corovec(*RUN, "--output", str(whole)).returncode == 0
     for target in (300, 1100):
         process = subprocess.Popen(
-            [sys.executable, "-m", "solver", *RUN, "--output", str(killed),
+            [COMMAND, *RUN, "--output", str(killed),
              *(["--resume"] if killed.exists() else [])],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         deadline = time.monotonic() + 60.0

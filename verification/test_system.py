@@ -8,49 +8,8 @@ from solver import Model, rigid_velocity
 from solver.kernels import assembly
 from solver.scheme import make_scheme
 from solver.system import System
+from verification.helpers import SOLVERS, full_matrix, make_system, static_system
 from verification.models import rectangle, warped_patch
-
-STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Step factors of static equilibrium at the end of the increment."""
-
-SOLVERS = ("skyline", "dense", "auto", "superlu")
-
-
-def make_system(model, solver="skyline"):
-    system = System(model, "auto" if solver == "superlu" else solver)
-    if solver == "superlu":
-        from solver.linear import SuperLU
-        system.solver = SuperLU(system.numbering)
-    return system
-
-
-def full_matrix(system):
-    """The lower triangle in the solver's storage as a full symmetric matrix."""
-    solver, n = system.solver, system.numbering.n_dof
-    if solver.name == "dense":
-        lower = np.tril(solver.values.reshape(n, n))
-    elif solver.name == "banded":
-        lower = np.zeros((n, n))
-        band = solver.values.reshape(n, -1)
-        for j in range(n):
-            rows = min(band.shape[1], n - j)
-            lower[j:j + rows, j] = band[j, :rows]
-    elif solver.name == "skyline":
-        lower, diagonal = np.zeros((n, n)), solver.storage[2]
-        for i in range(n):
-            start = diagonal[i - 1] + 1 if i else 0
-            lower[i, i - (diagonal[i] - start):i + 1] = solver.values[start:diagonal[i] + 1]
-    else:
-        solver._matrix.data[:] = solver.values[solver._source]
-        return solver._matrix.toarray()
-    return lower + np.tril(lower, -1).T
-
-
-def static_system(system, state, delta, tangent=True):
-    """(residual, K) of f(x + delta) without loads or inertia."""
-    status = system._assemble(state, STATIC, False, delta, np.zeros(len(delta)), tangent)
-    assert status == 0
-    return system.residual.copy()
 
 
 @pytest.mark.parametrize("seed", range(3))

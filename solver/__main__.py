@@ -1,5 +1,0 @@
-"""``python -m solver`` is ``corovec``."""
-
-from .cli import main
-
-main()
