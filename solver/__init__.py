@@ -5,13 +5,17 @@ A :class:`Model` is made of arrays, :func:`simulate` runs it with :class:`Settin
 """
 
 from .errors import InputError, ResultFileError, StepError
-from .model import Model, NodalLoad, Support, TimeFunction, rigid_velocity
+from .loads import line_load, line_moment, surface_load
+from .model import Model, NodalLoad, NodalMoment, Pressure, Support, TimeFunction, rigid_velocity
 from .recorder import read
 from .scheme import Scheme, make_scheme
 from .simulation import Drift, Result, Settings, drift, simulate, total_energy, warm_up
+from .statics import StaticResult, StaticSettings, arc_length, load_control, solve_linear
 
 __all__ = [
-    "Drift", "InputError", "Model", "NodalLoad", "Result", "ResultFileError", "Scheme", "Settings",
-    "StepError", "Support", "TimeFunction", "drift", "make_scheme", "read", "rigid_velocity",
-    "simulate", "total_energy", "warm_up",
+    "Drift", "InputError", "Model", "NodalLoad", "NodalMoment", "Pressure", "Result",
+    "ResultFileError", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
+    "Support", "TimeFunction", "arc_length", "drift", "line_load", "line_moment", "load_control",
+    "make_scheme", "read", "rigid_velocity", "simulate", "solve_linear", "surface_load",
+    "total_energy", "warm_up",
 ]

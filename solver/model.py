@@ -72,17 +72,44 @@ class NodalLoad:
 
 
 @dataclass(frozen=True)
+class NodalMoment:
+    """Moment ``moment * history(t)`` [N m] about fixed axes at one node.
+
+    It turns the normal: ``f_n = A1^T (M x p)``.  Its part along the normal does nothing (there is
+    no drilling stiffness).
+    """
+
+    node: int
+    moment: tuple
+    history: TimeFunction = CONSTANT
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Follower pressure ``pressure * history(t)`` [Pa] along the current normal of some elements.
+
+    ``elements`` None means all.
+    """
+
+    pressure: float
+    elements: tuple = None
+    history: TimeFunction = CONSTANT
+
+
+@dataclass(frozen=True)
 class Support:
-    """Fixed components of some nodes.
+    """Fixed or, in statics, prescribed components of some nodes.
 
     ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  An
     edge is clamped by ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const needs
     ``("x", "px")``.  Two fixed components of a unit normal fix the third: two or three are the
-    same.
+    same.  ``displacement * history(t)`` [m] is prescribed to the displacement components.
     """
 
     nodes: tuple
     components: tuple
+    displacement: float = 0.0
+    history: TimeFunction = CONSTANT
 
 
 @dataclass(frozen=True)
@@ -93,7 +120,8 @@ class Model:
         nodes: (n_nodes, 3) initial coordinates [m].
         quads: (n_elem, 4) node numbers, counter-clockwise about the normal.
         thickness, youngs, poisson, density: h [m], E [Pa], nu, rho [kg/m^3]; numbers or (n_elem,).
-        loads: :class:`NodalLoad` s.
+        loads: :class:`NodalLoad` s, :class:`NodalMoment` s and :class:`Pressure` s; see
+            :mod:`solver.loads` for line and surface loads.
         supports: :class:`Support` s; none for a free-flying shell.
         velocity: (n_nodes, 3) initial dx/dt [m/s].
         normal_velocity: (n_nodes, 3) initial dp/dt [1/s], tangential to the normals.
@@ -193,12 +221,24 @@ class Model:
 
     def _check_loads(self):
         for k, load in enumerate(self.loads):
+            if isinstance(load, Pressure):
+                self._check_pressure(k, load)
+                continue
             if not 0 <= load.node < len(self.nodes):
                 raise InputError(f"load {k}: node {load.node} does not exist "
                                  f"(0 to {len(self.nodes) - 1})")
-            if not _is_finite_vector(load.force):
-                raise InputError(f"load {k} at node {load.node}: force {load.force} must be three "
-                                 "finite numbers [N]")
+            name, unit = ("moment", "N m") if isinstance(load, NodalMoment) else ("force", "N")
+            if not _is_finite_vector(getattr(load, name)):
+                raise InputError(f"load {k} at node {load.node}: {name} {getattr(load, name)} must "
+                                 f"be three finite numbers [{unit}]")
+
+    def _check_pressure(self, k, load):
+        if not np.isfinite(load.pressure):
+            raise InputError(f"load {k}: pressure {load.pressure} must be finite [Pa]")
+        for element in load.elements or ():
+            if not 0 <= element < len(self.quads):
+                raise InputError(f"load {k}: element {element} does not exist "
+                                 f"(0 to {len(self.quads) - 1})")
 
     def _check_supports(self):
         for k, support in enumerate(self.supports):
@@ -208,6 +248,12 @@ class Model:
                                      f"(0 to {len(self.nodes) - 1})")
             for component in support.components:
                 _choice(f"support {k}: component", component, COMPONENTS)
+            if not np.isfinite(support.displacement):
+                raise InputError(f"support {k}: displacement {support.displacement} must be finite "
+                                 "[m]")
+            if support.displacement != 0.0 and not set(support.components) <= set("xyz"):
+                raise InputError(f"support {k}: a displacement can be prescribed to x, y and z "
+                                 f"only, not to {', '.join(support.components)}")
 
 
 def rigid_velocity(model, velocity, omega, about=(0.0, 0.0, 0.0)):

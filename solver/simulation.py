@@ -176,6 +176,9 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
+    for k, support in enumerate(model.supports):
+        if support.displacement != 0.0:
+            raise InputError(f"support {k}: displacements can be prescribed in statics only")
     with threadpool_limits(1):
         return _simulate(model, settings, output, overwrite, resume, progress, case)
 

@@ -8,6 +8,7 @@ import numpy as np
 from .errors import InputError, StepError
 from .kernels import assembly, rotation
 from .linear import SingularMatrix, make_solver
+from .model import CONSTANT, NodalLoad, NodalMoment, Pressure
 from .numbering import number_dofs
 
 ROUNDOFF = 4.0 * np.finfo(float).eps
@@ -106,18 +107,23 @@ class System:
         self.solver = make_solver(solver, self.numbering)
         self.seconds = Seconds()
         n_nodes, n_elem, n_dof = len(model.nodes), len(model.quads), self.numbering.n_dof
-        self._fixed_component, fixed = _supports(model, self.numbering)
+        self.fixed_component, fixed = _supports(model, self.numbering)
+        self.fixed = fixed
         self._numbering = (self.numbering.start, self.numbering.n_rot, fixed, bool(fixed.any()))
         self.nodal_mass = np.zeros(n_nodes)
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self._loads = _load_patterns(model, self.numbering)
+        self._any_pressure = any(isinstance(load, Pressure) for load in model.loads)
+        self.all_dead = all(isinstance(load, NodalLoad) for load in model.loads)
         self.p = model.normals.copy()
         self.p_dot = np.zeros_like(self.p)
         n_s = self.elements.l.shape[1]
         self._start = (np.zeros((n_nodes, 3)), np.zeros((n_elem, 3, 3)), np.zeros((n_elem, 11)),
                        np.zeros((n_elem, n_s)))
+        self.mixed = False
+        self.predicted = (np.zeros((n_elem, n_s)), np.zeros((n_elem, 11)))
         self.element_energy = np.zeros(n_elem)
-        self.residual = np.zeros(n_dof)
+        self.residual = np.zeros((3, n_dof))
         self._scratch = scratch(n_nodes)
         corners = model.nodes[model.quads]
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0],
@@ -131,9 +137,9 @@ class System:
         state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
                       np.zeros((n_nodes, 4), dtype=np.int64), np.zeros(n_dof), np.zeros(n_dof))
         state.velocity[start[:, None] + np.arange(3)] = model.velocity
-        rotation.start_charts(start, self._fixed_component, model.normals, model.normal_velocity,
+        rotation.start_charts(start, self.fixed_component, model.normals, model.normal_velocity,
                               state.variables, state.chart, state.velocity)
-        fixed = self._numbering[2]
+        fixed = self.fixed
         if np.any(state.velocity[fixed]):
             k = int(np.flatnonzero(fixed & (state.velocity != 0.0))[0])
             raise InputError(f"node {self.numbering.node_of_dof[k]}: initial velocity of a "
@@ -141,19 +147,28 @@ class System:
         self.observe(state)
         # M Ü = F_ext - F_m - F_int: unit mass factor, no stiffness, velocities as they are
         mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
-        self._assemble(state, mass_only, False, np.zeros(n_dof), self.external_force(0.0))
-        if np.any(self.residual):
+        self._assemble(state, mass_only, False, np.zeros(n_dof), self.loads_at(0.0))
+        if np.any(self.residual[0]):
             self.solver.factor()
-            state.acceleration[:] = self.solver.solve(self.residual)
+            state.acceleration[:] = self.solver.solve(self.residual[0])
             state.acceleration[fixed] = 0.0
         return state
 
-    def external_force(self, time_):
-        """F_ext(t) [N], (n_dof,)."""
-        force = np.zeros(self.numbering.n_dof)
-        for history, pattern in self._loads:
-            force += history(time_) * pattern
-        return force
+    def static_loads(self, factor):
+        """Loads at a load factor: a constant load is multiplied by it, any other taken at it."""
+        return self._sum_loads(lambda h: factor if h == CONSTANT else h(factor))
+
+    def loads_at(self, time_):
+        """Loads at time t: dead forces (n_dof,) [N], moments (n_nodes, 3) [N m], pressures
+        (n_elem,) [Pa], and whether there are any pressures."""
+        return self._sum_loads(lambda history: history(time_))
+
+    def _sum_loads(self, value):
+        totals = (np.zeros(self.numbering.n_dof), np.zeros((len(self.model.nodes), 3)),
+                  np.zeros(len(self.model.quads)))
+        for (history, kind), pattern in self._loads.items():
+            totals[kind][...] += value(history) * pattern
+        return *totals, self._any_pressure
 
     def observe(self, state):
         """Energies and momenta of ``state``; makes it the start of the next step."""
@@ -165,6 +180,11 @@ class System:
                                   velocity, self.p_dot, self._start, self.element_energy)
         return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
                        values[12])
+
+    def predict_strains(self, state, correction):
+        """Strain measures for a mixed tangent after ``correction``; see the kernel."""
+        assembly.predict_strains(self.elements, self.numbering.start, state.x, state.x_low, self.p,
+                                 state.chart, self._start, correction, *self.predicted)
 
     def advance(self, state, scheme, rule, start, dt, record, depth=0):
         """Move ``state`` from ``start`` to ``start + dt``; halves the step where Newton fails.
@@ -199,7 +219,7 @@ class System:
         """Iterate Eqs. (62)-(67); returns (increment, None) or (None, reason)."""
         step = scheme.midpoint(dt)
         averaged = scheme.transformation == "average"
-        external = self.external_force(start + (1.0 - scheme.alpha_f) * dt)
+        loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
         delta = dt * state.velocity
         correction = delta
         floor = self.roundoff_work(float(self.nodal_mass.sum()
@@ -207,7 +227,7 @@ class System:
         first_work = 0.0
         for k in range(1, rule.max_iterations + 1):
             for _ in range(MAX_DAMPINGS + 1):
-                if self._assemble(state, step, averaged, delta, external) == 0:
+                if self._assemble(state, step, averaged, delta, loads) == 0:
                     break
                 correction = 0.5 * correction
                 delta = delta - correction
@@ -218,9 +238,9 @@ class System:
             except SingularMatrix as error:
                 return None, str(error)
             clock = time.perf_counter()
-            correction = self.solver.solve(self.residual)
+            correction = self.solver.solve(self.residual[0])
             self.seconds.solve += time.perf_counter() - clock
-            work = abs(float(self.residual @ correction))
+            work = abs(float(self.residual[0] @ correction))
             if not np.isfinite(work):
                 return None, "the residual is not finite"
             delta = delta + correction
@@ -241,19 +261,27 @@ class System:
             for name in State.ARRAYS:
                 getattr(state, name)[:] = getattr(backup, name)
             return None
-        state.external_work += float(self.external_force(start + 0.5 * dt) @ delta)
-        record.switches += rotation.switch_charts(
-            self.numbering.start, self._fixed_component, state.variables, state.chart,
-            state.velocity, state.acceleration, self.p)
+        applied = self.loads_at(start + 0.5 * dt)[0]
+        if not self.all_dead:
+            applied += self.residual[2] - self.loads_at(start + (1.0 - scheme.alpha_f) * dt)[0]
+        state.external_work += float(applied @ delta)
+        record.switches += self.switch(state)
         return self.observe(state)
 
-    def _assemble(self, state, step, averaged, delta, external, tangent=True):
+    def switch(self, state):
+        """Switch the rotational variables that need it, for normals already placed; how many."""
+        return rotation.switch_charts(
+            self.numbering.start, self.fixed_component, state.variables, state.chart,
+            state.velocity, state.acceleration, self.p)
+
+    def _assemble(self, state, step, averaged, delta, loads, tangent=True):
         clock = time.perf_counter()
         motion = (state.x, state.x_low, state.variables, state.chart, state.velocity,
                   state.acceleration)
         status = assembly.step_system(
-            self.elements, self._numbering, motion, self._start, step, averaged, delta, external,
-            self.solver.storage, tangent, self.solver.values, self.residual, self._scratch)
+            self.elements, self._numbering, motion, self._start, step, averaged, delta, loads,
+            self.solver.storage, tangent, (self.mixed, *self.predicted), self.solver.values,
+            self.residual, self._scratch)
         self.seconds.assembly += time.perf_counter() - clock
         return status
 
@@ -293,10 +321,20 @@ def _supports(model, numbering):
 
 
 def _load_patterns(model, numbering):
-    """One (history, (n_dof,) force) pair for each time function."""
+    """``{(history, kind): pattern}``: dead forces (kind 0), moments (1) and pressures (2)."""
+    shapes = (numbering.n_dof, (len(model.nodes), 3), len(model.quads))
     patterns = {}
+
+    def pattern(history, kind):
+        return patterns.setdefault((history, kind), np.zeros(shapes[kind]))
+
     for load in model.loads:
-        pattern = patterns.setdefault(load.history, np.zeros(numbering.n_dof))
-        first = numbering.start[load.node]
-        pattern[first:first + 3] += load.force
-    return list(patterns.items())
+        if isinstance(load, Pressure):
+            elements = slice(None) if load.elements is None else list(load.elements)
+            pattern(load.history, 2)[elements] += load.pressure
+        elif isinstance(load, NodalMoment):
+            pattern(load.history, 1)[load.node] += load.moment
+        else:
+            first = numbering.start[load.node]
+            pattern(load.history, 0)[first:first + 3] += load.force
+    return patterns

@@ -46,11 +46,18 @@ def full_matrix(system):
     return lower + np.tril(lower, -1).T
 
 
+def no_loads(system):
+    """Loads of :meth:`System.loads_at`, all zero."""
+    model = system.model
+    return (np.zeros(system.numbering.n_dof), np.zeros((len(model.nodes), 3)),
+            np.zeros(len(model.quads)), False)
+
+
 def static_system(system, state, delta, tangent=True):
     """(residual, K) of f(x + delta) without loads or inertia."""
-    status = system._assemble(state, STATIC, False, delta, np.zeros(len(delta)), tangent)
+    status = system._assemble(state, STATIC, False, delta, no_loads(system), tangent)
     assert status == 0
-    return system.residual.copy()
+    return system.residual[0].copy()
 
 
 def corovec(*arguments, **options):

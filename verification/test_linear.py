@@ -9,7 +9,7 @@ from solver.kernels import gauss, skyline
 from solver.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
 from solver.numbering import number_dofs
 from solver.scheme import make_scheme
-from verification.helpers import full_matrix, make_system
+from verification.helpers import full_matrix, make_system, no_loads
 from verification.models import cross_code_plate, rectangle, warped_patch
 
 
@@ -80,7 +80,8 @@ def test_real_tangents(kind, shell):
     system = make_system(model, kind)
     state, n = system.initial_state(), system.numbering.n_dof
     delta = rng.uniform(-1e-3, 1e-3, n)
-    assert system._assemble(state, make_scheme().midpoint(1e-2), False, delta, np.zeros(n)) == 0
+    step = make_scheme().midpoint(1e-2)
+    assert system._assemble(state, step, False, delta, no_loads(system)) == 0
     A, b = full_matrix(system), rng.normal(size=n)
     negative = system.solver.factor()
     x = system.solver.solve(b)
@@ -100,7 +101,7 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     system.solver = solver
     n = numbering.n_dof
     system._assemble(system.initial_state(), make_scheme().midpoint(1e-2), False, np.zeros(n),
-                     np.zeros(n))
+                     no_loads(system))
     solver.values[solver.storage[2][7]] -= 1e6
     A, b = full_matrix(system), rng.normal(size=n)
     assert solver.factor() == np.sum(np.linalg.eigvalsh(A) < 0.0) == 1

@@ -67,8 +67,8 @@ def _combine(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
 
 
 @njit(cache=True)
-def step_system(elements, numbering, motion, start_state, step, averaged, delta, external,
-                storage, with_tangent, values, residual, scratch):
+def step_system(elements, numbering, motion, start_state, step, averaged, delta, loads,
+                storage, with_tangent, mixed, values, residual, scratch):
     """Residual and symmetric iteration matrix of one step, Eqs. (58)-(70).
 
     ``residual = F_ext - M U_ddot - F_m - F_int`` at the generalized midpoint and
@@ -83,10 +83,16 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         start_state: (p, t, b, e): normals, local variables and measures at the start.
         step: (alpha_f, factor of K_G, factors of delta, U_dot, U_ddot in Eq. 57b, then in Eq. 57a).
         averaged: T as the weighted mean of the two ends instead of at the midpoint.
-        delta, external: (n_dof,) increment of the step and load at the generalized midpoint.
+        delta: (n_dof,) increment of the step.
+        loads: (dead (n_dof,), moments (n_nodes, 3), pressure (n_elem,), any pressure) at the
+            generalized midpoint.
         storage: (base, offset, diagonal, stride) of the linear solver.
         with_tangent: whether ``values`` is assembled too.
-        values: storage of the matrix; residual: (n_dof,) result.
+        mixed: (whether, e (n_elem, n_s), b (n_elem, 11)): the tangent takes its stresses from these
+            instead of from the strains; see :func:`predict_strains`.
+        values: storage of the matrix.
+        residual: (3, n_dof) result: the residual with zeros at fixed dofs, the same without (minus
+            the reaction there), and the applied load.
         scratch: arrays of :func:`solver.system.scratch`.
 
     Returns:
@@ -94,6 +100,8 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     """
     start, n_rot, fixed, any_fixed = numbering
     x, x_low, variables, chart, _, _ = motion
+    dead, moments, pressures, any_pressure = loads
+    use_mixed, e_mixed, b_mixed = mixed
     p_start, t_start, b_start, e_start = start_state
     alpha_f, k_factor, c_delta = step[0], step[1], step[2]
     weight = 1.0 - alpha_f
@@ -104,6 +112,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     force_p[:] = 0.0
     rate_p[:] = 0.0
     ends_p[:] = 0.0
+    residual[2] = dead
     if with_tangent:
         values[:] = 0.0
 
@@ -115,7 +124,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     yl, r = np.empty((3, 3)), np.empty((4, 3))
     f_x, f_p = np.empty((4, 3)), np.empty((4, 3))
     A, rotations = np.zeros((4, 3, 3)), np.empty(4, np.int64)
-    ke = np.zeros((24, 24))
+    ke, pushed = np.zeros((24, 24)), np.empty((4, 3))
     work = element.workspace()
 
     for el in range(elements.nodes.shape[0]):
@@ -168,6 +177,12 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         a_13, b_13, L13, L24 = element.frame(y, R)
         element.rotated_positions(R, y, p, yl, r)
         element.global_forces(R, a_13, b_13, L13, L24, yl, r, f, g, f_x, f_p)
+        pressed = any_pressure and pressures[el] != 0.0
+        if pressed:
+            element.pressure_forces(y, pressures[el], pushed)
+            for i in range(4):
+                for c in range(3):
+                    residual[2, start[nodes[i]] + c] += pushed[i, c]
         for i in range(4):
             for c in range(3):
                 force_p[directors[i], c] += f_p[i, c]
@@ -186,55 +201,76 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
                 for c in range(3):
                     for k in range(rotations[i]):
                         A[i, c, k] = A1[directors[i], c, k]
+            if use_mixed:
+                e[:] = e_mixed[el]
+                b[:] = b_mixed[el]
+                element.local_forces(l_s, Q, k_b, t, b, e, B, f, g)
+                for i in range(4):
+                    for c in range(3):
+                        ends_p[0, directors[i], c] += R[0, c] * g[i, 0] + R[1, c] * g[i, 1]
             element.tangent(R, a_13, b_13, L13, L24, yl, r, f, g, B, e, Q, k_b, A, rotations,
                             work, ke)
+            if pressed:
+                element.add_pressure_stiffness(y, pressures[el], ke)
             _combine(k_factor, c_delta, mass, inertia, A, rotations, ke)
             _scatter(storage, numbering, nodes, el, ke, values)
 
-    _reduce(numbering, chart, averaged, p_start, external, residual, scratch)
+    _reduce(numbering, chart, averaged, p_start, moments, residual, scratch)
     if with_tangent:
-        _finish_tangent(storage, numbering, chart, k_factor, scratch, values)
+        force = ends_p[0] if use_mixed else force_p
+        _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, force, values)
     return 0
 
 
 @njit(cache=True)
-def _reduce(numbering, chart, averaged, p_start, external, residual, scratch):
-    """Chain rule to rotational variables, ``f_n = A1^T f_p``; fixed dofs carry no residual."""
+def _reduce(numbering, chart, averaged, p_start, moments, residual, scratch):
+    """Chain rule to rotational variables, ``f_n = A1^T f_p``; a moment M about fixed axes acts as
+    ``f_p = M x p``.  Fixed dofs carry no residual."""
     start, n_rot, fixed, any_fixed = numbering
-    _, p_end, _, A1, _, _, force_x, force_p, rate_p, ends_p = scratch
+    _, p_end, p_mid, A1, _, _, force_x, force_p, rate_p, ends_p = scratch
+    balance, unmasked, applied = residual[0], residual[1], residual[2]
     A_end = np.empty((3, 3))
     for i in range(start.shape[0]):
         first = start[i]
+        p, M = p_mid[i], moments[i]
+        couple = (M[1] * p[2] - M[2] * p[1], M[2] * p[0] - M[0] * p[2], M[0] * p[1] - M[1] * p[0])
         for c in range(3):
-            residual[first + c] = external[first + c] - force_x[i, c]
+            unmasked[first + c] = applied[first + c] - force_x[i, c]
         for k in range(n_rot[i]):
             load = 0.0
             for c in range(3):
                 load += A1[i, c, k] * rate_p[i, c]
                 if not averaged:
                     load += A1[i, c, k] * force_p[i, c]
-            residual[first + 3 + k] = external[first + 3 + k] - load
+            for c in range(3):
+                applied[first + 3 + k] += A1[i, c, k] * couple[c]
+            unmasked[first + 3 + k] = applied[first + 3 + k] - load
         if averaged:
             for end in range(2):
-                p = p_end[i] if end == 0 else p_start[i]
-                rotation.first_derivatives(p, chart[i], A_end)
+                rotation.first_derivatives(p_end[i] if end == 0 else p_start[i], chart[i], A_end)
                 for k in range(n_rot[i]):
                     for c in range(3):
-                        residual[first + 3 + k] -= A_end[c, k] * ends_p[end, i, c]
-    if any_fixed:
-        for k in range(residual.shape[0]):
-            if fixed[k]:
-                residual[k] = 0.0
+                        unmasked[first + 3 + k] -= A_end[c, k] * ends_p[end, i, c]
+    for k in range(fixed.shape[0]):
+        balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
 @njit(cache=True)
-def _finish_tangent(storage, numbering, chart, k_factor, scratch, values):
-    """Second derivative of the normals, ``f_p . d2p/dn2``, and unit rows for fixed dofs."""
+def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, force_p, values):
+    """Second derivative of the normals, ``f_p . d2p/dn2``, and unit rows for fixed dofs.
+
+    A moment M adds ``-(M x p) . d2p/dn2``; the rest of its load stiffness, skew and proportional to
+    M . p, is left out: the matrix stays symmetric, and exact where M is tangential to the shell.
+    """
     _, _, diagonal, stride = storage
     start, _, fixed, any_fixed = numbering
-    p_mid, force_p = scratch[2], scratch[7]
+    force = np.empty(3)
     for i in range(start.shape[0]):
-        nn, nm, mm = rotation.curvature(p_mid[i], chart[i], force_p[i])
+        p, M = p_mid[i], moments[i]
+        force[0] = force_p[i, 0] - (M[1] * p[2] - M[2] * p[1])
+        force[1] = force_p[i, 1] - (M[2] * p[0] - M[0] * p[2])
+        force[2] = force_p[i, 2] - (M[0] * p[1] - M[1] * p[0])
+        nn, nm, mm = rotation.curvature(p, chart[i], force)
         n, m = start[i] + 3, start[i] + 4
         values[diagonal[n]] += k_factor * nn
         values[diagonal[m]] += k_factor * mm
@@ -244,6 +280,62 @@ def _finish_tangent(storage, numbering, chart, k_factor, scratch, values):
         for k in range(fixed.shape[0]):
             if fixed[k]:
                 values[diagonal[k]] = 1.0
+
+
+@njit(cache=True)
+def predict_strains(elements, start, x, x_low, p, chart, state, correction, e_next, b_next):
+    """Strain measures after a correction by linear extrapolation, ``e + B T du``, ``b + T du``.
+
+    A tangent whose stresses are these instead of those of the moved configuration is that of a
+    mixed (stress and displacement) Newton iteration: spurious membrane forces of a large rotation
+    do not enter it, so it takes larger steps (Magisano, Leonetti, Garcea 2017).  The equilibrium it
+    converges to is the same.
+    """
+    _, t_now, b_now, e_now = state
+    R, y, q = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    yl, r, A1 = np.empty((3, 3)), np.empty((4, 3)), np.zeros((3, 3))
+    dy, dp, dt = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
+    for el in range(elements.nodes.shape[0]):
+        nodes, directors = elements.nodes[el], elements.directors[el]
+        _gather(x, x_low, nodes, y)
+        for i in range(4):
+            for c in range(3):
+                q[i, c] = p[directors[i], c]
+        a, b, L1, L2 = element.frame(y, R)
+        element.rotated_positions(R, y, q, yl, r)
+        for k in range(3):
+            for c in range(3):
+                dy[k, c] = 0.0
+                for d in range(3):
+                    dy[k, c] += R[c, d] * (correction[start[nodes[k + 1]] + d]
+                                           - correction[start[nodes[0]] + d])
+        phi = element.frame_rotation(a, b, L1, L2, dy)
+        for k in range(3):
+            dt[k, 0] = dy[k, 0] + yl[k, 1] * phi[2] - yl[k, 2] * phi[1]
+            dt[k, 1] = dy[k, 1] + yl[k, 2] * phi[0] - yl[k, 0] * phi[2]
+            dt[k, 2] = dy[k, 2] + yl[k, 0] * phi[1] - yl[k, 1] * phi[0]
+            b_next[el, k] = b_now[el, k] + dt[k, 2]
+        for i in range(4):
+            rotation.first_derivatives(q[i], chart[nodes[i]], A1)
+            first = start[nodes[i]] + 3
+            for c in range(3):
+                dp[c] = A1[c, 0] * correction[first] + A1[c, 1] * correction[first + 1]
+            for c in range(2):
+                turned = R[c, 0] * dp[0] + R[c, 1] * dp[1] + R[c, 2] * dp[2]
+                if c == 0:
+                    turned += r[i, 1] * phi[2] - r[i, 2] * phi[1]
+                else:
+                    turned += r[i, 2] * phi[0] - r[i, 0] * phi[2]
+                b_next[el, 3 + 2 * i + c] = b_now[el, 3 + 2 * i + c] + turned
+        for s in range(e_now.shape[1]):
+            change = 0.0
+            for k in range(3):
+                slope = elements.l[el, s, k, 2]
+                for j in range(3):
+                    slope += elements.Q[el, s, k, j] * t_now[el, j, 2]
+                change += (elements.l[el, s, k, 0] * dt[k, 0] + elements.l[el, s, k, 1] * dt[k, 1]
+                           + slope * dt[k, 2])
+            e_next[el, s] = e_now[el, s] + change
 
 
 @njit(cache=True)
@@ -336,24 +428,29 @@ def observe(elements, nodal_mass, x, x_low, p, v, p_dot, start_state, element_en
 
 
 @njit(cache=True)
+def move_nodes(start, delta, x, x_low):
+    """Add displacements to compensated positions: two-sum, the rounding error kept in x_low."""
+    for i in range(start.shape[0]):
+        for c in range(3):
+            old, add = x[i, c], delta[start[i] + c] + x_low[i, c]
+            new = old + add
+            part = new - old
+            x[i, c] = new
+            x_low[i, c] = (old - (new - part)) + (add - part)
+
+
+@njit(cache=True)
 def accept(numbering, rates, delta, x, x_low, variables, velocity, acceleration):
     """Move the state to the end of a converged step (Newmark update, compensated positions).
 
     ``rates`` holds the factors of (delta, U_dot, U_ddot) in U_dot and in U_ddot at t_{n+1}.
     """
     start, n_rot = numbering[0], numbering[1]
+    move_nodes(start, delta, x, x_low)
     v_delta, v_velocity, v_acceleration, a_delta, a_velocity, a_acceleration = rates
     for i in range(start.shape[0]):
-        first = start[i]
-        for c in range(3):
-            # two-sum of x and delta; the rounding error is kept in x_low
-            old, add = x[i, c], delta[first + c] + x_low[i, c]
-            new = old + add
-            part = new - old
-            x[i, c] = new
-            x_low[i, c] = (old - (new - part)) + (add - part)
         for k in range(n_rot[i]):
-            variables[i, k] += delta[first + 3 + k]
+            variables[i, k] += delta[start[i] + 3 + k]
     for k in range(delta.shape[0]):
         v, a = velocity[k], acceleration[k]
         velocity[k] = v_delta * delta[k] + v_velocity * v + v_acceleration * a

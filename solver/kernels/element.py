@@ -20,6 +20,8 @@ import math
 import numpy as np
 from numba import njit
 
+GAUSS = 1.0 / math.sqrt(3.0)
+
 
 @njit(cache=True)
 def frame(y, R):
@@ -126,6 +128,15 @@ def rotated_positions(R, y, p, yl, r):
             yl[k, c] = R[c, 0] * y[k, 0] + R[c, 1] * y[k, 1] + R[c, 2] * y[k, 2]
         for i in range(4):
             r[i, c] = R[c, 0] * p[i, 0] + R[c, 1] * p[i, 1] + R[c, 2] * p[i, 2]
+
+
+@njit(cache=True)
+def frame_rotation(a, b, L1, L2, dy):
+    """Rotation ``phi = G d(v_13, v_24)`` of the frame (local axes) for changes ``dy`` (3, 3)."""
+    h1, h2 = 0.5 / L1, 0.5 / L2
+    d_x, d_y, d_z = dy[2, 0] - dy[0, 0], dy[2, 1] - dy[0, 1], dy[2, 2] - dy[0, 2]
+    return ((dy[1, 2] * h1 + d_z * h2) / b, (d_z * h2 - dy[1, 2] * h1) / a,
+            (a * dy[1, 1] - b * dy[1, 0]) * h1 - (b * d_x + a * d_y) * h2)
 
 
 @njit(cache=True)
@@ -395,6 +406,62 @@ def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
                     entry = D[i, 0, m] * k_x + D[i, 1, m] * k_y
                     ke[6 * i + 3 + m, 6 * j + 3 + n] = entry
                     ke[6 * j + 3 + n, 6 * i + 3 + m] = entry
+
+
+@njit(cache=True)
+def _pressure_point(y, xi, eta, weights, d_xi, d_eta):
+    """Shape functions and tangent vectors of the bilinear surface at a natural point."""
+    signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    t_1, t_2 = np.zeros(3), np.zeros(3)
+    for i in range(4):
+        s, t = signs[i]
+        weights[i] = 0.25 * (1.0 + s * xi) * (1.0 + t * eta)
+        d_xi[i] = 0.25 * s * (1.0 + t * eta)
+        d_eta[i] = 0.25 * t * (1.0 + s * xi)
+        if i > 0:
+            for c in range(3):
+                t_1[c] += d_xi[i] * y[i - 1, c]
+                t_2[c] += d_eta[i] * y[i - 1, c]
+    return t_1, t_2
+
+
+@njit(cache=True)
+def pressure_forces(y, pressure, f):
+    """Follower pressure along the normal: ``f_i = p int N_i (x,xi x x,eta) dxi deta`` (4, 3)."""
+    N, d_xi, d_eta = np.empty(4), np.empty(4), np.empty(4)
+    f[:] = 0.0
+    for xi in (-GAUSS, GAUSS):
+        for eta in (-GAUSS, GAUSS):
+            t_1, t_2 = _pressure_point(y, xi, eta, N, d_xi, d_eta)
+            for c in range(3):
+                d, e = (c + 1) % 3, (c + 2) % 3
+                normal = t_1[d] * t_2[e] - t_1[e] * t_2[d]
+                for i in range(4):
+                    f[i, c] += pressure * N[i] * normal
+
+
+@njit(cache=True)
+def add_pressure_stiffness(y, pressure, ke):
+    """Subtract the symmetric part of ``d f_i / d x_j`` of a follower pressure from ``ke``.
+
+    The skew part is a boundary term: it vanishes in the assembled matrix where the loaded surface
+    is closed or its rim is held.
+    """
+    N, d_xi, d_eta = np.empty(4), np.empty(4), np.empty(4)
+    for xi in (-GAUSS, GAUSS):
+        for eta in (-GAUSS, GAUSS):
+            t_1, t_2 = _pressure_point(y, xi, eta, N, d_xi, d_eta)
+            for i in range(4):
+                for j in range(4):
+                    # d(t_1 x t_2) = spin(a) dx_j with a = N_j,eta t_1 - N_j,xi t_2
+                    for c in range(3):
+                        d, e = (c + 1) % 3, (c + 2) % 3
+                        a_c = 0.5 * pressure * N[i] * (d_eta[j] * t_1[c] - d_xi[j] * t_2[c])
+                        # row d, column e of spin(a) is -a_c; row e, column d is +a_c
+                        ke[6 * i + d, 6 * j + e] += a_c
+                        ke[6 * i + e, 6 * j + d] -= a_c
+                        ke[6 * j + e, 6 * i + d] += a_c
+                        ke[6 * j + d, 6 * i + e] -= a_c
 
 
 @njit(cache=True)

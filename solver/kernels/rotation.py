@@ -180,3 +180,50 @@ def switch_charts(start, fixed_component, variables, chart, velocity, accelerati
         velocity[k], velocity[k + 1] = rate[n], rate[m]
         acceleration[k], acceleration[k + 1] = second[n], second[m]
     return switched
+
+
+@njit(cache=True)
+def turn_normals(start, fixed_component, correction, variables, chart, p):
+    """Turn every normal by the tangent vector ``A1 dn`` of a correction, along a great circle.
+
+    For statics, where p is the whole state: large rotations stay rotations, no chart is left, and
+    the variables are chosen afresh.  A supported component keeps its value.
+    """
+    A1, turn, new = np.zeros((3, 3)), np.empty(3), np.empty(4, np.int64)
+    for i in range(p.shape[0]):
+        first_derivatives(p[i], chart[i], A1)
+        angle = 0.0
+        for c in range(3):
+            turn[c] = A1[c, 0] * correction[start[i] + 3] + A1[c, 1] * correction[start[i] + 4]
+            angle += turn[c] * turn[c]
+        angle = math.sqrt(angle)
+        kept = fixed_component[i]
+        held = p[i, kept] if kept >= 0 else 0.0
+        if angle > 0.0:
+            cosine, sine = math.cos(angle), math.sin(angle) / angle
+            for c in range(3):
+                p[i, c] = cosine * p[i, c] + sine * turn[c]
+        square = 0.0
+        for c in range(3):
+            if c != kept:
+                square += p[i, c] * p[i, c]
+        scale = math.sqrt((1.0 - held * held) / square)
+        for c in range(3):
+            p[i, c] = held if c == kept else scale * p[i, c]
+        choose_chart(p[i], chart[i], fixed_component[i], new)
+        chart[i] = new
+        variables[i, 0], variables[i, 1] = p[i, new[0]], p[i, new[1]]
+
+
+@njit(cache=True)
+def largest_turn(start, correction, chart, p):
+    """Largest angle [rad] by which a correction turns a normal."""
+    A1, largest = np.zeros((3, 3)), 0.0
+    for i in range(p.shape[0]):
+        first_derivatives(p[i], chart[i], A1)
+        square = 0.0
+        for c in range(3):
+            turn = A1[c, 0] * correction[start[i] + 3] + A1[c, 1] * correction[start[i] + 4]
+            square += turn * turn
+        largest = max(largest, square)
+    return math.sqrt(largest)

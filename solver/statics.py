@@ -1,0 +1,403 @@
+"""Static equilibrium: linear solution, load control with automatic steps, and arc length.
+
+The load factor plays the part of time: every load and prescribed displacement is taken at
+``t = factor``, so a load that is left constant is applied as ``factor * load``.  Assembly, solvers
+and result file are those of dynamics.  As the normals are the whole state (no rates to carry over),
+the rotational variables may be switched after every iteration.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .errors import InputError, StepError
+from .kernels import assembly, rotation
+from .linear import SingularMatrix
+from .model import CONSTANT
+from .system import State, System
+
+STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Step factors of equilibrium at the end of the increment: no inertia, no averaging."""
+
+LARGEST_TURN = 1.0
+"""Largest rotation of a normal in one iteration [rad]."""
+
+
+@dataclass(frozen=True)
+class StaticSettings:
+    """How equilibrium is iterated.
+
+    Attributes:
+        solver: ``auto``, ``skyline`` or ``dense``.
+        tolerance: largest work of a correction relative to that of the first one of its step; the
+            work is quadratic, so 1e-16 stands for corrections 1e-8 times the first.
+        max_iterations: iterations after which a step is divided.
+        fast_iterations: a step converged within so many lets the next one grow by half.
+        max_divisions: a step is at most divided by ``2 ** max_divisions``.
+    """
+
+    solver: str = "auto"
+    tolerance: float = 1e-16
+    max_iterations: int = 16
+    fast_iterations: int = 6
+    max_divisions: int = 12
+
+    def __post_init__(self):
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
+        if self.max_iterations < 2:
+            raise InputError(f"max_iterations must be at least 2, is {self.max_iterations}")
+
+
+@dataclass(frozen=True)
+class StaticResult:
+    """Equilibrium states, one a row.
+
+    Attributes:
+        factors: (n,) load factors.
+        displacement: (n, n_nodes, 3) [m]; normals: (n, n_nodes, 3).
+        strain_energy: (n,) [J].
+        reactions: (n, n_nodes, 3) forces of the supports [N].
+        iterations: (n,) Newton iterations since the row before; steps: (n,) load steps taken.
+        works: works of the corrections of the last step, first to last.
+        solver: the linear solver that ran.
+        indefinite: factorizations with negative pivots (None: the solver does not tell).
+        seconds: wall-clock seconds.
+    """
+
+    factors: np.ndarray
+    displacement: np.ndarray
+    normals: np.ndarray
+    strain_energy: np.ndarray
+    reactions: np.ndarray
+    iterations: np.ndarray
+    steps: np.ndarray
+    works: tuple
+    solver: str
+    indefinite: int
+    seconds: float
+
+
+def solve_linear(model, solver="auto"):
+    """Linear solution K(0) U = F(t = 1) from the initial configuration.
+
+    Returns:
+        (displacement (n_nodes, 3) [m], change of the normals (n_nodes, 3)).
+
+    Raises:
+        InputError: the supports leave a rigid motion or a mechanism free.
+    """
+    path = _Path(model, StaticSettings(solver=solver))
+    correction = path.solve_increment(path.prescribed(1.0), 1.0)
+    system, start = path.system, path.system.numbering.start
+    displacement = correction[start[:, None] + np.arange(3)]
+    change = np.empty_like(displacement)
+    for i, first in enumerate(start):
+        A1 = np.zeros((3, 3))
+        rotation.first_derivatives(system.p[i], path.state.chart[i], A1)
+        change[i] = A1[:, :2] @ correction[first + 3:first + 5]
+    return displacement, change
+
+
+def load_control(model, factors, settings=StaticSettings(), progress=None):
+    """Equilibrium at each of the ascending load ``factors``, from zero load.
+
+    A step that does not converge is divided, and grows again where it converges fast.
+
+    Args:
+        model: :class:`solver.Model` with supports; factors: load factors to stop at.
+        settings: :class:`StaticSettings`; progress: called with (factor, last factor).
+
+    Returns:
+        :class:`StaticResult`, a row for each factor.
+
+    Raises:
+        InputError: factors do not ascend, or a mechanism is left free.
+        StepError: no convergence even with the smallest step; at a limit point use arc length.
+    """
+    factors = np.asarray(factors, dtype=float)
+    if factors.ndim != 1 or not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
+        raise InputError("load factors must be a list of numbers that ascend from above zero")
+    clock = time.perf_counter()
+    path, rows = _Path(model, settings), []
+    reached, step = 0.0, factors[0]
+    for target in factors:
+        iterations, steps = 0, 0
+        step = max(step, 0.25 * (target - reached))
+        smallest = (target - reached) / 2**settings.max_divisions
+        while reached < target:
+            goal = target if reached + 1.001 * step >= target else reached + step
+            used, failure = path.equilibrate(reached, goal)
+            iterations += used
+            if failure is None:
+                reached, steps = goal, steps + 1
+                if used <= settings.fast_iterations:
+                    step *= 1.5
+                continue
+            step = 0.5 * (goal - reached)
+            if step < smallest:
+                raise StepError(f"no equilibrium beyond load factor {reached:.6g}: {failure}")
+        rows.append(path.row(target, iterations, steps))
+        if progress is not None:
+            progress(target, factors[-1])
+    return path.result(rows, clock)
+
+
+def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, wanted=5):
+    """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
+
+    Every load must be proportional to the load factor (constant history).  A step satisfies
+    ``|du| = length`` over the displacements of all nodes; the length adapts so that about
+    ``wanted`` iterations are needed.
+
+    Args:
+        model: :class:`solver.Model`; length: first arc length [m].
+        until: function of a row ``(factor, displacement)`` that ends the path when true.
+        settings, max_steps, wanted: see above.
+
+    Returns:
+        :class:`StaticResult`, a row for each step, the first at zero load.
+
+    Raises:
+        InputError: a load depends on time or follows the shell, or a displacement is prescribed.
+        StepError: no convergence even with the smallest length, or ``until`` not met in time.
+    """
+    if not np.isfinite(length) or length <= 0.0:
+        raise InputError(f"arc length must be positive [m], is {length:g}")
+    if any(load.history != CONSTANT for load in model.loads):
+        raise InputError("arc length needs loads without a history of their own")
+    if any(support.displacement for support in model.supports):
+        raise InputError("arc length cannot prescribe displacements")
+    clock = time.perf_counter()
+    path = _Path(model, settings)
+    if not path.system.all_dead:
+        raise InputError("arc length needs dead nodal forces")
+    rows, factor, last, smallest = [path.row(0.0, 0, 0)], 0.0, None, length * 1e-6
+    for _ in range(max_steps):
+        used, outcome = path.arc_step(factor, length, last)
+        if isinstance(outcome, str):
+            length *= 0.5
+            if length < smallest:
+                raise StepError(f"no equilibrium beyond load factor {factor:.6g}: {outcome}")
+            continue
+        factor, last = outcome
+        rows.append(path.row(factor, used, 1))
+        if until(factor, rows[-1][1]):
+            return path.result(rows, clock)
+        length *= min(2.0, np.sqrt(wanted / used))
+    raise StepError(f"the path did not reach its end within {max_steps} steps")
+
+
+class _Path:
+    """A state that is moved from equilibrium to equilibrium."""
+
+    def __init__(self, model, settings):
+        self.settings = settings
+        self.system = System(model, settings.solver)
+        self.state = self.system.initial_state()
+        self.indefinite = 0
+        self.works = []
+        self._zero = np.zeros(self.system.numbering.n_dof)
+        self._prescribed = _prescribed(model, self.system.numbering)
+        _check_held(model)
+
+    def prescribed(self, factor):
+        """Prescribed displacements (n_dof,) at a load factor [m]."""
+        values = self._zero.copy()
+        for history, pattern in self._prescribed:
+            values += (factor if history == CONSTANT else history(factor)) * pattern
+        return values
+
+    def equilibrate(self, start, goal):
+        """Newton's iteration from ``start`` to ``goal``; (iterations, None or why it failed)."""
+        backup = self._copy()
+        pushed = self.prescribed(goal) - self.prescribed(start)
+        self.works = []
+        self.system.mixed = False
+        for k in range(1, self.settings.max_iterations + 1):
+            try:
+                if k == 1 and np.any(pushed):
+                    correction = self.solve_increment(pushed, goal)
+                else:
+                    correction = self._solve(goal)
+            except SingularMatrix as error:
+                return self._give_up(backup, k, str(error))
+            work = abs(float(self.system.residual[0] @ correction))
+            self.works.append(work)
+            if not np.isfinite(work):
+                return self._give_up(backup, k, "the iteration diverges")
+            self._move(correction)
+            if work <= max(self.settings.tolerance * max(self.works),
+                           self.system.roundoff_work(0.0)) and k > 1:
+                return k, None
+        return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
+                                        f"{work / max(self.works):.2g}")
+
+    def arc_step(self, factor, length, last):
+        """One step of given length; (iterations, (factor, increment) or why it failed)."""
+        backup, system = self._copy(), self.system
+        moved, first = None, None
+        system.mixed = False
+        displacements = np.sort((system.numbering.start[:, None] + np.arange(3)).ravel())
+        unit_load = system.loads_at(1.0)[0]
+        for k in range(1, self.settings.max_iterations + 1):
+            try:
+                correction = self._solve(factor)
+            except SingularMatrix as error:
+                return k, self._fail(backup, str(error))
+            tangent = system.solver.solve(self._free(unit_load))
+            if k == 1:
+                # predictor along the tangent, onwards
+                size = length / np.linalg.norm(tangent[displacements])
+                onwards = last is None or last @ tangent[displacements] >= 0.0
+                change = size if onwards else -size
+                correction = change * tangent
+                moved = correction[displacements].copy()
+                first = abs(change * float(unit_load @ correction))
+            else:
+                work = abs(float(system.residual[0] @ correction))
+                change = _onto_arc(moved, correction[displacements], tangent[displacements],
+                                   length)
+                if change is None or not np.isfinite(work):
+                    return k, self._fail(backup, "the arc is not met")
+                correction = correction + change * tangent
+                moved += correction[displacements]
+            factor += change
+            self._move(correction)
+            if k > 1 and work <= max(self.settings.tolerance * first, system.roundoff_work(0.0)):
+                return k, (factor, moved)
+        return k, self._fail(backup, f"{k} iterations reached a work ratio of {work / first:.2g}")
+
+    def solve_increment(self, pushed, factor):
+        """First correction of a step with prescribed displacements: the free dofs follow linearly.
+
+        The forces of the push are taken from a small one, a millionth of the shell's size.
+        """
+        residual = self._assemble(factor).copy()
+        if np.any(pushed):
+            fraction = 1e-6 * self.system.model.size / np.abs(pushed).max()
+            forces = self.system.residual[1].copy()
+            self.system._assemble(self.state, STATIC, False, fraction * pushed,
+                                  self._loads(factor), tangent=False)
+            residual += self._free(self.system.residual[1] - forces) / fraction
+        self._factor()
+        return self.system.solver.solve(residual) + pushed
+
+    def row(self, factor, iterations, steps):
+        """One row of a :class:`StaticResult`."""
+        system, state = self.system, self.state
+        instant = system.observe(state)
+        self._assemble(factor, tangent=False)
+        reactions = -system.residual[1] + system.residual[0]
+        start = system.numbering.start
+        return (factor, state.x - system.model.nodes + state.x_low, system.p.copy(),
+                instant.strain, reactions[start[:, None] + np.arange(3)], iterations, steps)
+
+    def result(self, rows, clock):
+        arrays = [np.array(column) for column in zip(*rows)]
+        return StaticResult(*arrays, tuple(self.works), self.system.solver.name, self.indefinite,
+                            time.perf_counter() - clock)
+
+    def _loads(self, factor):
+        return self.system.static_loads(factor)
+
+    def _assemble(self, factor, tangent=True):
+        self.system.observe(self.state)
+        self.system._assemble(self.state, STATIC, False, self._zero, self._loads(factor), tangent)
+        return self.system.residual[0]
+
+    def _factor(self):
+        try:
+            self.indefinite += bool(self.system._factor())
+        except SingularMatrix as error:
+            raise InputError(f"the shell is a mechanism: {error}") from None
+
+    def _solve(self, factor):
+        residual = self._assemble(factor)
+        self.indefinite += bool(self.system._factor())
+        return self.system.solver.solve(residual)
+
+    def _free(self, vector):
+        return np.where(self.system.fixed, 0.0, vector)
+
+    def _move(self, correction):
+        """Apply a correction, scaled down if it turns a normal by more than ``LARGEST_TURN``; its
+        linear part is the stress of the next tangent."""
+        system, state = self.system, self.state
+        start = system.numbering.start
+        system.observe(state)
+        turn = rotation.largest_turn(start, correction, state.chart, system.p)
+        if turn > LARGEST_TURN:
+            correction = LARGEST_TURN / turn * correction
+        system.predict_strains(state, correction)
+        system.mixed = True
+        rotation.turn_normals(start, system.fixed_component, correction, state.variables,
+                              state.chart, system.p)
+        assembly.move_nodes(start, correction, state.x, state.x_low)
+
+    def _give_up(self, backup, iterations, why):
+        self._restore(backup)
+        return iterations, why
+
+    def _fail(self, backup, why):
+        self._restore(backup)
+        return why
+
+    def _copy(self):
+        return [getattr(self.state, name).copy() for name in State.ARRAYS]
+
+    def _restore(self, backup):
+        for name, array in zip(State.ARRAYS, backup):
+            getattr(self.state, name)[...] = array
+
+
+def _check_held(model):
+    """Every connected part of the shell must be held against its six rigid motions."""
+    n_nodes, quads, fixed = len(model.nodes), model.quads, model.fixed
+    links = coo_array((np.ones(quads.size), (np.repeat(quads[:, 0], 4), quads.ravel())),
+                      shape=(n_nodes, n_nodes))
+    n_parts, part = connected_components(links, directed=False)
+    for k in range(n_parts):
+        inside = part == k
+        held = fixed[inside]
+        x = (model.nodes[inside] - model.nodes[inside].mean(axis=0)) / model.size
+        p = model.normals[inside]
+        motions = np.zeros((len(x), 6, 6))
+        motions[:, :3, :3] = np.eye(3)
+        for axis, omega in enumerate(np.eye(3)):
+            motions[:, :3, 3 + axis] = np.cross(omega, x)
+            motions[:, 3:, 3 + axis] = np.cross(omega, p)
+        free = 6 - np.linalg.matrix_rank(motions[held], tol=1e-9) if held.any() else 6
+        if free:
+            which = "the shell" if n_parts == 1 else f"the part with node {np.argmax(inside)}"
+            raise InputError(f"the supports leave {free} rigid motion{'s' * (free > 1)} of {which} "
+                             "free")
+
+
+def _onto_arc(moved, correction, tangent, length):
+    """Root of ``|moved + correction + c tangent| = length`` that keeps the direction, or None."""
+    base = moved + correction
+    a, b, c = tangent @ tangent, 2.0 * base @ tangent, base @ base - length**2
+    discriminant = b * b - 4.0 * a * c
+    if not discriminant >= 0.0:
+        return None
+    root = np.sqrt(discriminant)
+    candidates = ((-b + root) / (2.0 * a), (-b - root) / (2.0 * a))
+    return max(candidates, key=lambda s: moved @ (base + s * tangent))
+
+
+def _prescribed(model, numbering):
+    """(history, (n_dof,) displacement) of every support that moves."""
+    patterns = []
+    for support in model.supports:
+        if support.displacement != 0.0:
+            pattern = np.zeros(numbering.n_dof)
+            for node in support.nodes:
+                for component in support.components:
+                    first = numbering.start[node]
+                    pattern[first + "xyz".index(component)] = support.displacement
+            patterns.append((support.history, pattern))
+    return patterns

@@ -1,0 +1,259 @@
+"""Statics: loads and their stiffness, load control, arc length, prescribed displacements."""
+
+import numpy as np
+import pytest
+
+from solver import (
+    InputError,
+    Model,
+    NodalLoad,
+    NodalMoment,
+    Pressure,
+    Settings,
+    StaticSettings,
+    StepError,
+    Support,
+    TimeFunction,
+    arc_length,
+    line_load,
+    line_moment,
+    load_control,
+    simulate,
+    solve_linear,
+    surface_load,
+)
+from verification.helpers import STATIC, full_matrix, make_system
+from verification.models import rectangle, warped_patch
+
+CLAMPED = ("x", "y", "z", "px", "py", "pz")
+
+
+def cantilever(length, n, loads, **options):
+    """Strip along X, clamped at x = 0; ``loads(nodes, tip nodes)``."""
+    plate = rectangle(length, 1.0, n, **options)
+    root = tuple(int(i) for i in np.flatnonzero(plate.nodes[:, 0] < 1e-9))
+    tip = [int(i) for i in np.flatnonzero(plate.nodes[:, 0] > length - 1e-9)]
+    return Model(plate.nodes, plate.quads, plate.thickness, plate.youngs, plate.poisson, 1.0,
+                 loads=loads(plate.nodes, tip), supports=[Support(root, CLAMPED)]), tip
+
+
+BEAM = {"thickness": 0.1, "youngs": 1.2e6, "poisson": 0.0}
+
+
+def test_linear_solution_of_a_cantilever():
+    """Tip deflection PL^3/3EI + shear, and extension PL/EA, of a slender strip."""
+    model, tip = cantilever(10.0, (40, 1), lambda X, t: line_load(X, t, (2.0, 0.0, 3.0)), **BEAM)
+    displacement, change = solve_linear(model)
+    EI, EA, GA = 100.0, 1.2e5, 5.0 / 6.0 * 0.6e6 * 0.1
+    # 40 linear elements: the mean curvature is exact at mid-element, error 1/(4 n^2)
+    assert np.allclose(displacement[tip, 2], 3.0 * (1000.0 / 3.0 / EI + 10.0 / GA), rtol=2e-4)
+    assert np.allclose(displacement[tip, 0], 2.0 * 10.0 / EA, rtol=1e-10)
+    assert np.allclose(change[tip, 0], -3.0 * 100.0 / 2.0 / EI, rtol=2e-4)
+
+
+def test_newton_converges_quadratically():
+    """The static tangent is exact: correct digits double (works: exponents double) at the end."""
+    model, _ = cantilever(10.0, (16, 1), lambda X, t: line_load(X, t, (0, 0, 4.0)), **BEAM)
+    works = np.array(load_control(model, [0.2, 0.4, 0.6]).works)
+    exponents = np.log10(works / works.max())
+    # |du_k+1| ~ |du_k|^2 and work ~ |du|^2: exponents double, but for a constant and rounding
+    assert exponents[-1] < -16.0 and exponents[-2] < -5.0
+    assert exponents[-1] < 1.6 * exponents[-2]
+
+
+def test_roll_up_to_a_full_circle_in_ten_steps():
+    """End moment 2 pi EI / L: the tip returns to the root (converges to it with the mesh)."""
+    ends = []
+    for n in (24, 48):
+        moment = (0.0, -50.0 * np.pi / 3.0, 0.0)
+        model, tip = cantilever(12.0, (n, 1), lambda X, t: line_moment(X, t, moment), **BEAM)
+        result = load_control(model, np.linspace(0.1, 1.0, 10))
+        assert np.all(result.steps == 1) and result.iterations.max() <= 8
+        ends.append(result.displacement[-1, tip[0]])
+    error = [np.linalg.norm(end - (-12.0, 0.0, 0.0)) for end in ends]
+    assert error[1] < 0.02 * 12.0 and error[0] / error[1] > 3.0
+
+
+def test_moment_load_stiffness_is_exact_where_the_moment_is_tangential():
+    """K of a moment load against finite differences: exact for M . p = 0; else the gap is skew."""
+    rng = np.random.default_rng(0)
+    base = warped_patch(rng)
+    gaps = []
+    for along in (False, True):
+        node = 5
+        p = base.normals[node]
+        moment = p * 1e5 if along else np.cross(p, (0.3, -0.5, 0.8)) * 1e5
+        model = Model(base.nodes, base.quads, 0.1, 1e6, 0.3, 1.0,
+                      loads=[NodalMoment(node, tuple(moment))])
+        system = make_system(model)
+        state, n = system.initial_state(), system.numbering.n_dof
+
+        def residual(delta, system=system, state=state):
+            assert system._assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
+            return system.residual[0].copy()
+
+        residual(np.zeros(n))
+        K = full_matrix(system)
+        J = np.array([(residual(-1e-6 * e) - residual(1e-6 * e)) / 2e-6 for e in np.eye(n)]).T
+        gaps.append((np.abs(J - K).max(), np.abs(0.5 * (J + J.T) - K).max(), np.abs(K).max()))
+    exact, skew = gaps
+    assert exact[0] < 1e-7 * exact[2]
+    assert skew[0] > 1e-3 * skew[2] and skew[1] < 1e-7 * skew[2]
+
+
+def test_pressure_and_its_stiffness():
+    """Follower pressure: resultant p A n of a flat plate; K has the symmetric part exactly."""
+    plate = rectangle(3.0, 2.0, (4, 3))
+    system = make_system(Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
+                               loads=[Pressure(7.0)]))
+    state, n = system.initial_state(), system.numbering.n_dof
+    system._assemble(state, STATIC, False, np.zeros(n), system.loads_at(1.0))
+    start = system.numbering.start
+    force = system.residual[2][start[:, None] + np.arange(3)].sum(axis=0)
+    assert np.allclose(force, (0.0, 0.0, 42.0), atol=1e-12)
+    rng = np.random.default_rng(3)
+    base = warped_patch(rng)
+    model = Model(base.nodes, base.quads, 0.1, 1e6, 0.3, 1.0, loads=[Pressure(3e5)])
+    system = make_system(model)
+    state, n = system.initial_state(), system.numbering.n_dof
+
+    def residual(delta):
+        assert system._assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
+        return system.residual[0].copy()
+
+    residual(np.zeros(n))
+    K = full_matrix(system)
+    J = np.array([(residual(-1e-6 * e) - residual(1e-6 * e)) / 2e-6 for e in np.eye(n)]).T
+    scale = np.abs(K).max()
+    assert np.abs(0.5 * (J + J.T) - K).max() < 1e-7 * scale
+    assert np.abs(J - J.T).max() > 1e-4 * scale
+
+
+def test_loads_from_lines_and_surfaces():
+    """Consistent nodal forces: resultants and first moments of the distributed loads."""
+    plate = rectangle(3.0, 2.0, (5, 4))
+    loads = surface_load(plate.nodes, plate.quads, (0.0, 1.0, -2.0))
+    forces = np.array([load.force for load in loads])
+    where = plate.nodes[[load.node for load in loads]]
+    assert np.allclose(forces.sum(axis=0), (0.0, 6.0, -12.0))
+    assert np.allclose((where * forces[:, 2:]).sum(axis=0), (-18.0, -12.0, 0.0))
+    edge = [int(i) for i in np.flatnonzero(plate.nodes[:, 0] == 0.0)]
+    loads = line_load(plate.nodes, edge, (3.0, 0.0, 0.0))
+    assert np.isclose(sum(load.force[0] for load in loads), 6.0)
+    assert np.isclose(loads[0].force[0], 0.75)
+    moments = line_moment(plate.nodes, edge, (0.0, 5.0, 0.0))
+    assert np.isclose(sum(load.moment[1] for load in moments), 10.0)
+
+
+def test_prescribed_displacement_gives_the_force_back():
+    """Pushing the tip by the displacement that a load made needs that load as reaction."""
+    model, tip = cantilever(10.0, (8, 1), lambda X, t: line_load(X, t, (0, 0, 4.0)), **BEAM)
+    loaded = load_control(model, [0.5, 1.0])
+    w = float(loaded.displacement[-1, tip[0], 2])
+    pushed = Model(model.nodes, model.quads, 0.1, 1.2e6, 0.0, 1.0, supports=[
+        *model.supports, Support(tuple(tip), ("z",), displacement=w)])
+    result = load_control(pushed, [0.5, 1.0])
+    assert np.isclose(result.reactions[-1][tip, 2].sum(), 4.0, rtol=1e-9)
+    assert np.allclose(result.displacement[-1], loaded.displacement[-1], atol=1e-8)
+    assert np.allclose(result.displacement[0, tip, 2], 0.5 * w)
+
+
+def test_load_factor_divides_where_it_must():
+    """One huge step is taken all the same; the record says how many steps it took."""
+    model, tip = cantilever(10.0, (16, 1), lambda X, t: line_load(X, t, (0, 0, 40.0)), **BEAM)
+    settings = StaticSettings(max_iterations=6)
+    result = load_control(model, [1.0], settings)
+    assert result.steps[0] > 1
+    fine = load_control(model, np.linspace(0.05, 1.0, 20))
+    assert np.allclose(result.displacement[-1, tip], fine.displacement[-1, tip], atol=1e-7)
+
+
+def test_arc_length_passes_a_limit_point():
+    """A shallow roof snaps through: the load falls and rises again, and each point is in
+    equilibrium under load control too."""
+    model, apex = roof(4)
+    result = arc_length(model, 2.0, until=lambda factor, u: u[apex, 2] < -26.0)
+    w = -result.displacement[:, apex, 2]
+    assert np.all(np.diff(w) > 0.0)
+    falling = np.flatnonzero(np.diff(result.factors) < 0.0)
+    assert len(falling) and result.factors[-1] > result.factors[falling[-1]]
+    assert result.indefinite > 0
+    k = falling[0] // 2
+    level = load_control(model, [float(result.factors[k])])
+    assert np.allclose(level.displacement[-1], result.displacement[k], atol=1e-6)
+    with pytest.raises(StepError, match="no equilibrium beyond load factor"):
+        load_control(model, [0.5, 0.9], StaticSettings(max_divisions=6))
+
+
+def roof(n, thickness=12.7):
+    """Quarter of a hinged cylindrical roof under a central force (Sze, Liu, Lo 2004, 3.8)."""
+    angle, x = np.meshgrid(np.linspace(0.0, 0.1, n + 1), np.linspace(0.0, 254.0, n + 1))
+    nodes = np.column_stack([x.ravel(), 2540.0 * np.sin(angle.ravel()),
+                             2540.0 * (np.cos(angle.ravel()) - 1.0)])
+    first = np.array([(n + 1) * j + i for j in range(n) for i in range(n)])
+    quads = np.column_stack([first, first + n + 1, first + n + 2, first + 1])
+    at = {name: tuple(int(i) for i in np.flatnonzero(mask)) for name, mask in (
+        ("x", nodes[:, 0] == 0.0), ("y", nodes[:, 1] == 0.0),
+        ("hinge", angle.ravel() == 0.1))}
+    supports = [Support(at["x"], ("x", "px")), Support(at["y"], ("y", "py")),
+                Support(at["hinge"], ("x", "y", "z"))]
+    return Model(nodes, quads, thickness, 3102.75, 0.3, 1.0, supports=supports,
+                 loads=[NodalLoad(0, (0.0, 0.0, -750.0))]), 0
+
+
+def test_skyline_and_dense_agree_in_statics():
+    model, tip = cantilever(10.0, (8, 1), lambda X, t: line_load(X, t, (0, 0, 4.0)), **BEAM)
+    tips = [load_control(model, [1.0], StaticSettings(solver=solver)).displacement[-1, tip]
+            for solver in ("auto", "skyline", "dense")]
+    assert np.allclose(tips[0], tips[1], atol=1e-9) and np.allclose(tips[0], tips[2], atol=1e-9)
+
+
+def test_moments_and_pressure_in_dynamics_balance_their_work():
+    """A plate driven by a moment pulse and a pressure pulse: energy equals their work."""
+    plate = rectangle(2.0, 1.0, (4, 2), thickness=0.05)
+    pulse = TimeFunction((0.0, 0.05, 0.1), (0.0, 1.0, 0.0))
+    loads = [NodalMoment(3, (0.5, 1.0, 0.0), pulse), Pressure(30.0, None, pulse)]
+    model = Model(plate.nodes, plate.quads, 0.05, 1e6, 0.3, 100.0, loads=loads)
+    result = simulate(model, Settings(dt=5e-4, end_time=0.2))
+    gap = result.total_energy - result.history["external_work"]
+    assert result.total_energy[-1] > 0.1
+    assert np.abs(gap).max() < 1e-4 * result.total_energy[-1]
+
+
+@pytest.mark.parametrize("action, message", [
+    (lambda m: load_control(m, [0.5, 0.2]), "must be a list of numbers that ascend"),
+    (lambda m: load_control(m, []), "must be a list of numbers that ascend"),
+    (lambda m: load_control(m, [-1.0]), "must be a list of numbers that ascend"),
+    (lambda m: arc_length(m, 0.0, lambda f, u: True), "arc length must be positive"),
+    (lambda m: StaticSettings(tolerance=2.0), "tolerance must lie in"),
+    (lambda m: StaticSettings(max_iterations=1), "max_iterations must be at least 2"),
+    (lambda m: load_control(m, [1.0], StaticSettings(solver="lu")), "solver 'lu' is unknown"),
+])
+def test_wrong_use_is_told(action, message):
+    model, _ = cantilever(4.0, (2, 1), lambda X, t: line_load(X, t, (0, 0, 1.0)), **BEAM)
+    with pytest.raises(InputError, match=message):
+        action(model)
+
+
+def test_free_shell_in_statics_is_told():
+    """Without supports the tangent is singular: a message, not noise."""
+    plate = rectangle(2.0, 1.0, (2, 1))
+    model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
+                  loads=[NodalLoad(0, (0.0, 0.0, 1.0))])
+    for solve in (solve_linear, lambda m: load_control(m, [1.0])):
+        with pytest.raises(InputError, match="supports leave 6 rigid motions of the shell free"):
+            solve(model)
+    hinged = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
+                   supports=[Support((0, 3), ("x", "y", "z"))])
+    with pytest.raises(InputError, match="supports leave 1 rigid motion of the shell free"):
+        solve_linear(hinged)
+
+
+def test_prescribed_displacement_is_for_statics_only():
+    model, tip = cantilever(4.0, (2, 1), lambda X, t: [], **BEAM)
+    pushed = Model(model.nodes, model.quads, 0.1, 1.2e6, 0.0, 1.0, supports=[
+        *model.supports, Support(tuple(tip), ("z",), displacement=0.1)])
+    with pytest.raises(InputError, match="in statics only"):
+        simulate(pushed, Settings(dt=0.1, end_time=0.1))
+    with pytest.raises(InputError, match="cannot prescribe displacements"):
+        arc_length(pushed, 1.0, lambda f, u: True)
