@@ -123,6 +123,9 @@ class Model:
         loads: :class:`NodalLoad` s, :class:`NodalMoment` s and :class:`Pressure` s; see
             :mod:`solver.loads` for line and surface loads.
         supports: :class:`Support` s; none for a free-flying shell.
+        normals: (n_nodes, 3) initial unit normals; left out, the mean of the element normals at
+            each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved shell that
+            mean is one-sided: give the exact ones there.
         velocity: (n_nodes, 3) initial dx/dt [m/s].
         normal_velocity: (n_nodes, 3) initial dp/dt [1/s], tangential to the normals.
         membrane: assumed membrane field: ``stress`` (Pian-Sumihara), ``strain``, or
@@ -141,6 +144,7 @@ class Model:
     density: object
     loads: tuple = ()
     supports: tuple = ()
+    normals: np.ndarray = None
     velocity: np.ndarray = None
     normal_velocity: np.ndarray = None
     membrane: str = "stress"
@@ -163,6 +167,7 @@ class Model:
         poisson = _per_element("poisson", self.poisson, n_elem)
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
         _set(self, poisson=poisson)
+        _set(self, normals=self._given_normals())
         for name in ("velocity", "normal_velocity"):
             given = getattr(self, name)
             values = np.zeros_like(nodes) if given is None else _floats(name, given, nodes.shape)
@@ -176,9 +181,24 @@ class Model:
             raise InputError(f"normal_velocity of node {int(np.argmax(tilt))} is not tangential "
                              "to its normal")
 
-    @cached_property
-    def normals(self):
-        """Initial nodal normals (n_nodes, 3), the mean of the element normals, Eqs. (13), (14)."""
+    def _given_normals(self):
+        """The normals given, checked, or the mean of the element normals, Eqs. (13), (14)."""
+        mean = self._mean_normals()
+        if self.normals is None:
+            return mean
+        normals = _floats("normals", self.normals, self.nodes.shape)
+        length = np.linalg.norm(normals, axis=1)
+        if np.any(np.abs(length - 1.0) > 1e-9):
+            k = int(np.argmax(np.abs(length - 1.0)))
+            raise InputError(f"normals[{k}] has length {length[k]:g}, must be 1")
+        aligned = np.einsum("ij,ij->i", normals, mean)
+        if np.any(aligned < 0.5):
+            k = int(np.argmin(aligned))
+            raise InputError(f"normals[{k}] is more than 60 degrees from the mean normal of its "
+                             "elements")
+        return normals / length[:, None]
+
+    def _mean_normals(self):
         corners = self.nodes[self.quads]
         total = np.zeros_like(self.nodes)
         for i, corner in enumerate(CORNERS):

@@ -247,7 +247,7 @@ def fingerprint(model):
     """SHA-256 of everything that defines a model."""
     digest = hashlib.sha256()
     for array in (model.nodes, model.quads, model.thickness, model.youngs, model.poisson,
-                  model.density, model.velocity, model.normal_velocity):
+                  model.density, model.normals, model.velocity, model.normal_velocity):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
     return digest.hexdigest()

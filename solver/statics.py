@@ -373,8 +373,8 @@ def _check_held(model):
         free = 6 - np.linalg.matrix_rank(motions[held], tol=1e-9) if held.any() else 6
         if free:
             which = "the shell" if n_parts == 1 else f"the part with node {np.argmax(inside)}"
-            raise InputError(f"the supports leave {free} rigid motion{'s' * (free > 1)} of {which} "
-                             "free")
+            motions = "1 rigid motion" if free == 1 else f"{free} rigid motions"
+            raise InputError(f"the supports leave {motions} of {which} free")
 
 
 def _onto_arc(moved, correction, tangent, length):

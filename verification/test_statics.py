@@ -63,9 +63,8 @@ def test_newton_converges_quadratically():
 
 def test_roll_up_to_a_full_circle_in_ten_steps():
     """End moment 2 pi EI / L: the tip returns to the root (converges to it with the mesh)."""
-    ends = []
+    ends, moment = [], (0.0, -50.0 * np.pi / 3.0, 0.0)
     for n in (24, 48):
-        moment = (0.0, -50.0 * np.pi / 3.0, 0.0)
         model, tip = cantilever(12.0, (n, 1), lambda X, t: line_moment(X, t, moment), **BEAM)
         result = load_control(model, np.linspace(0.1, 1.0, 10))
         assert np.all(result.steps == 1) and result.iterations.max() <= 8
