@@ -29,10 +29,11 @@ def converge(case, elements, dt, membrane, as_json):
     from solver.cases import load_case
     definition = load_case(case)
     _, table = printed_energies(case)
+    if not as_json:
+        click.echo(f"{definition.title}: energy after load removal, beside {table} of the paper")
     compile_seconds = warm_up()
     if not as_json:
-        click.echo(f"{definition.title}: energy after load removal, beside {table} of the paper "
-                   f"(kernels ready in {compile_seconds:.1f} s)")
+        click.echo(f"kernels compiled or loaded in {compile_seconds:.1f} s")
     frame = mesh_study(case, elements, dt=dt, membrane=membrane, progress=_bars)
     if as_json:
         click.echo(json.dumps({"case": case, "table": table, "compilation_seconds": compile_seconds,

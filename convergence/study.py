@@ -7,6 +7,7 @@ import pandas as pd
 
 from solver import InputError, Settings, simulate
 from solver.cases import load_case
+from solver.checks import number
 from solver.simulation import unloaded_row
 
 PRINTED = Path(__file__).with_name("printed.toml")
@@ -48,11 +49,11 @@ def mesh_study(case, elements=(), *, dt=None, membrane="stress", progress=None):
     rows = []
     for size in elements or definition.sizes[:QUICK_MESHES]:
         model = definition.model(size, membrane=membrane)
-        step = model.unloaded_at / QUICK_STEPS if dt is None else dt
+        step = model.unloaded_at / QUICK_STEPS if dt is None else number("dt", dt, "s")
+        if not 0.0 < step <= (FREE_FLIGHT - 1.0) * model.unloaded_at:
+            raise InputError(f"dt must be positive and at most {FREE_FLIGHT - 1.0:.1f} of the "
+                             f"loading time of {case}, {model.unloaded_at:g} s, is {step:g} s")
         end_time = round(FREE_FLIGHT * model.unloaded_at / step) * step
-        if end_time <= model.unloaded_at:
-            raise InputError(f"dt {step:g} s is too long for the loading time of {case}, "
-                             f"{model.unloaded_at:g} s")
         result = simulate(model, Settings(dt=step, end_time=end_time),
                           progress=progress(size) if progress else None)
         energy = result.total_energy[unloaded_row(result.history, model.unloaded_at)]

@@ -5,8 +5,17 @@ A :class:`Model` is made of arrays, :func:`simulate` runs it with :class:`Settin
 """
 
 from .errors import InputError, ResultFileError, StepError
-from .loads import line_load, line_moment, surface_load
-from .model import Model, NodalLoad, NodalMoment, Pressure, Support, TimeFunction, rigid_velocity
+from .loads import (
+    NodalLoad,
+    NodalMoment,
+    Pressure,
+    Support,
+    TimeFunction,
+    line_load,
+    line_moment,
+    surface_load,
+)
+from .model import Model, rigid_velocity
 from .recorder import read
 from .scheme import Scheme, make_scheme
 from .simulation import Drift, Result, Settings, drift, simulate, total_energy, warm_up

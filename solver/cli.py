@@ -6,6 +6,7 @@ that nothing in this package imports them.
 
 import json
 import math
+import os
 import sys
 from importlib import metadata
 
@@ -15,6 +16,7 @@ from .errors import InputError, ResultFileError, StepError
 
 WRONG_INPUT = 2
 FAILED = 1
+INTERRUPTED = 130
 
 
 class _Commands(click.Group):
@@ -52,17 +54,22 @@ def main():
     """Entry point: errors of the user are one line on standard error and exit status 2."""
     try:
         cli.main(standalone_mode=False)
+        sys.stdout.flush()
     except (InputError, ResultFileError) as error:
         _fail(error, WRONG_INPUT)
     except StepError as error:
         _fail(error, FAILED)
-    except click.ClickException as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(error.exit_code)
+    except click.ClickException as error:
+        _fail(error.format_message(), error.exit_code)
     except (click.Abort, KeyboardInterrupt):
-        _fail("interrupted; a result file keeps everything up to its last checkpoint", 130)
+        _fail("interrupted", INTERRUPTED)
     except BrokenPipeError:
         sys.exit(FAILED)
+    except OSError as error:
+        _fail(f"output cannot be written: {error.strerror}", FAILED)
 
 
 def _fail(message, status):
@@ -102,11 +109,14 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, solver, m
       corovec run l-plate --elements 30 --solver skyline --json
     """
     from .cases import load_case
+    from .recorder import writable_path
     from .simulation import Settings, simulate, warm_up
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
+    if output is not None:
+        output = str(writable_path(output, overwrite or resume))
     definition = load_case(case)
     settings = Settings(
         dt=definition.defaults.dt if dt is None else dt,
@@ -118,12 +128,18 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, solver, m
     if not as_json:
         click.echo(f"{definition.title}: {elements} elements, {len(model.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
+        if resume and not os.path.exists(output):
+            click.echo(f"{output} does not exist yet: a new run")
     compile_seconds = warm_up()
     with _Progress(settings.n_steps, model.unloaded_at) as progress:
-        result = simulate(model, settings, output=output, overwrite=overwrite, resume=resume,
-                          progress=progress, case={"name": case, "elements": elements})
-    summary = _summary(result.history, model.unloaded_at)
-    summary = {"case": case, "elements": elements, "unknowns": 5 * len(model.nodes),
+        try:
+            result = simulate(model, settings, output=output, overwrite=overwrite, resume=resume,
+                              progress=progress, case=case)
+        except KeyboardInterrupt:
+            _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
+                  "continues it" if output else "interrupted", INTERRUPTED)
+    summary = _summary(result.history, model.unloaded_at, result.supported)
+    summary = {"case": case, "elements": elements, "nodes": len(model.nodes),
                "dt": settings.dt, "end_time": settings.end_time, "scheme": scheme,
                "rho_inf": rho_inf, "transformation": transformation, "membrane": membrane,
                "solver": result.solver, **summary, "output": output,
@@ -148,10 +164,11 @@ def info(file, as_json):
     contents = read(file)
     description = contents["description"]
     summary = {
-        **(description["case"] or {"name": "own model"}), **description["settings"],
-        "solver": description["solver"], "steps": contents["step"],
+        "case": description["case"] or "own model",
+        **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
+        **description["settings"], "solver": description["solver"], "steps": contents["step"],
         "steps_planned": contents["n_steps"], "frames": len(contents["displacement"]),
-        **_summary(contents["history"], description["unloaded_at"]),
+        **_summary(contents["history"], description["unloaded_at"], description["supported"]),
         "versions": description["versions"], "machine": description["machine"]}
     _show(summary, as_json)
 
@@ -214,10 +231,10 @@ class _Progress:
         self._bar.update(step - self._bar.n)
 
 
-def _summary(history, unloaded_at):
+def _summary(history, unloaded_at, supported):
     """What both ``run`` and ``info`` say of a history."""
     from .simulation import drift
-    last, changes = history[-1], drift(history, unloaded_at)
+    last, changes = history[-1], drift(history, unloaded_at, supported)
     iterations = history["iterations"][1:]
     return {
         "time": float(last["time"]),
@@ -232,7 +249,8 @@ def _summary(history, unloaded_at):
         "iterations_per_step": float(iterations.mean()) if len(iterations) else 0.0,
         "switches": int(history["switches"].sum()),
         "halvings": int(history["halvings"].sum()),
-        "indefinite_tangents": int(history["indefinite"].sum())}
+        "indefinite_tangents": (None if history["indefinite"].min() < 0
+                                else int(history["indefinite"].sum()))}
 
 
 UNITS = {"dt": "s", "end_time": "s", "time": "s", "kinetic_energy": "J", "strain_energy": "J",
@@ -255,6 +273,8 @@ def _show(summary, as_json):
 
 
 def _number(value):
+    if value is None:
+        return "not defined"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):

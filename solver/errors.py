@@ -9,5 +9,5 @@ class StepError(RuntimeError):
     """A time step did not converge, even after it was halved as often as allowed."""
 
 
-class ResultFileError(RuntimeError):
+class ResultFileError(Exception):
     """A result file cannot be written, read or resumed."""

@@ -1,9 +1,138 @@
-"""Line, surface and edge-moment loads as consistent nodal loads of the initial configuration."""
+"""What acts on a shell: functions of time, nodal loads, pressure, supports; line and surface loads.
+
+Everything is plain data (ints, floats, tuples), checked when made; what depends on a mesh is
+checked by :class:`solver.Model`.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
+from .checks import choice, integer, integers, number, vector
 from .element import GAUSS, shape_functions
-from .model import CONSTANT, NodalLoad, NodalMoment
+from .errors import InputError
+
+COMPONENTS = ("x", "y", "z", "px", "py", "pz")
+"""What a support can fix: displacement components, and components of the normal."""
+
+
+@dataclass(frozen=True)
+class TimeFunction:
+    """Piecewise linear f(t) through the points (times, values); constant beyond both ends."""
+
+    times: tuple
+    values: tuple
+
+    def __post_init__(self):
+        for name in ("times", "values"):
+            given = getattr(self, name)
+            if np.ndim(given) != 1:
+                raise InputError(f"time function: {name} must be a list of numbers, is {given!r}")
+            items = tuple(number(f"time function: {name}[{k}]", v) for k, v in enumerate(given))
+            object.__setattr__(self, name, items)
+        if len(self.times) != len(self.values) or not self.times:
+            raise InputError(f"time function: {len(self.times)} times but {len(self.values)} "
+                             "values")
+        if np.any(np.diff(self.times) <= 0.0):
+            raise InputError(f"time function: times {self.times} must increase")
+
+    def __call__(self, time):
+        return float(np.interp(time, self.times, self.values))
+
+    @property
+    def end(self):
+        """Time from which the function is zero for good; infinity if it never is."""
+        acting = np.flatnonzero(self.values)
+        if not len(acting):
+            return 0.0
+        last = int(acting[-1])
+        return self.times[last + 1] if last + 1 < len(self.times) else np.inf
+
+    def integral(self, end):
+        """Exact integral of f from 0 to ``end``: the impulse per unit of force."""
+        inside = [t for t in self.times if 0.0 < t < end]
+        points = np.array([0.0, *inside, end])
+        return float(np.trapezoid(np.interp(points, self.times, self.values), points))
+
+
+CONSTANT = TimeFunction((0.0,), (1.0,))
+
+
+@dataclass(frozen=True)
+class NodalLoad:
+    """Dead force ``force * history(t)`` [N] at one node."""
+
+    node: int
+    force: tuple
+    history: TimeFunction = CONSTANT
+
+    def __post_init__(self):
+        _plain(self, node=integer("load: node", self.node), history=_history(self.history))
+        _plain(self, force=vector(f"load at node {self.node}: force", self.force, "N"))
+
+
+@dataclass(frozen=True)
+class NodalMoment:
+    """Moment ``moment * history(t)`` [N m] about fixed axes at one node.
+
+    It turns the normal: ``f_n = A1^T (M x p)``.  Its part along the normal does nothing (there is
+    no drilling stiffness).
+    """
+
+    node: int
+    moment: tuple
+    history: TimeFunction = CONSTANT
+
+    def __post_init__(self):
+        _plain(self, node=integer("load: node", self.node), history=_history(self.history))
+        _plain(self, moment=vector(f"load at node {self.node}: moment", self.moment, "N m"))
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Follower pressure ``pressure * history(t)`` [Pa] along the current normal of some elements.
+
+    ``elements`` None means all.
+    """
+
+    pressure: float
+    elements: tuple = None
+    history: TimeFunction = CONSTANT
+
+    def __post_init__(self):
+        _plain(self, pressure=number("pressure", self.pressure, "Pa"),
+               history=_history(self.history))
+        if self.elements is not None:
+            _plain(self, elements=integers("pressure: elements", self.elements))
+
+
+@dataclass(frozen=True)
+class Support:
+    """Fixed or, in statics, prescribed components of some nodes.
+
+    ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  An
+    edge is clamped by ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const needs
+    ``("x", "px")``.  Two fixed components of a unit normal fix the third: two or three are the
+    same.  ``displacement * history(t)`` [m] is prescribed to the displacement components.
+    """
+
+    nodes: tuple
+    components: tuple
+    displacement: float = 0.0
+    history: TimeFunction = CONSTANT
+
+    def __post_init__(self):
+        given = self.components
+        if isinstance(given, str) or not np.iterable(given) or not len(tuple(given)):
+            raise InputError(f"support: components must be a list of {', '.join(COMPONENTS)}, is "
+                             f"{given!r}")
+        components = tuple(choice("support: component", c, COMPONENTS) for c in given)
+        _plain(self, nodes=integers("support: nodes", self.nodes), components=components,
+               displacement=number("support: displacement", self.displacement, "m"),
+               history=_history(self.history))
+        if self.displacement != 0.0 and not set(components) <= set("xyz"):
+            raise InputError("support: a displacement can be prescribed to x, y and z only, not "
+                             f"to {', '.join(components)}")
 
 
 def line_load(nodes, line, force, history=CONSTANT):
@@ -11,13 +140,13 @@ def line_load(nodes, line, force, history=CONSTANT):
 
     ``f_i = q int N_i dL`` with the linear shape functions of an edge: half of q L to either end.
     """
-    return [NodalLoad(i, tuple(share * np.asarray(force, dtype=float)), history)
+    return [NodalLoad(i, share * np.asarray(force, dtype=float), history)
             for i, share in _line_shares(nodes, line).items()]
 
 
 def line_moment(nodes, line, moment, history=CONSTANT):
     """Moment per length [N m/m] about fixed axes along the edges of ``line``."""
-    return [NodalMoment(i, tuple(share * np.asarray(moment, dtype=float)), history)
+    return [NodalMoment(i, share * np.asarray(moment, dtype=float), history)
             for i, share in _line_shares(nodes, line).items()]
 
 
@@ -31,8 +160,19 @@ def surface_load(nodes, quads, force, history=CONSTANT):
         area = np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
-    return [NodalLoad(int(i), tuple(shares[i] * np.asarray(force, dtype=float)), history)
+    return [NodalLoad(i, shares[i] * np.asarray(force, dtype=float), history)
             for i in np.unique(quads)]
+
+
+def _plain(item, **values):
+    for name, value in values.items():
+        object.__setattr__(item, name, value)
+
+
+def _history(history):
+    if not isinstance(history, TimeFunction):
+        raise InputError(f"history must be a TimeFunction, is {history!r}")
+    return history
 
 
 def _line_shares(nodes, line):

@@ -11,12 +11,15 @@ Layout (SI units; row 0 of every history is t = 0):
 - ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY``;
 - ``/frames/step`` (n_frames,), ``/frames/displacement`` and ``/frames/normal``
   (n_frames * n_nodes, 3), ``/frames/strain_energy`` (n_frames * n_elem,): frame after frame;
-- ``/checkpoint/0``, ``/checkpoint/1``: arrays of the state, ``/model``: nodes and quads;
+- ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step
+  and checksum; ``/model``: nodes and quads;
 - ``/VTKHDF``: the frames again, as links, with the mesh and its time steps.
 """
 
 import json
 import os
+import tempfile
+import uuid
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,71 +48,85 @@ class Recorder:
     """Writes one run to one file; see the module."""
 
     def __init__(self, path, shape):
-        self.path = Path(path)
+        self.path = path
         self.n_nodes, self.n_elem, self.n_frames = shape
+        self._run = uuid.uuid4().hex
 
     @classmethod
-    def create(cls, path, model, description, state, frame_steps, n_steps, overwrite):
-        """A new file with all its space reserved; an existing one needs ``overwrite``."""
-        path = Path(path)
-        if path.exists() and not overwrite:
-            raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
-                                  "continue it")
+    def create(cls, path, model, description, state, rows, frame, frame_steps, n_steps,
+               overwrite):
+        """A new file with all its space reserved, and its first row, frame and checkpoint."""
+        path = writable_path(path, overwrite)
         recorder = cls(path, (len(model.nodes), len(model.quads), len(frame_steps)))
-        partial = path.with_name(path.name + ".part")
+        partial = None
         try:
+            handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
+            os.close(handle)
+            partial = Path(name)
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
-            claimed = recorder._bytes(model, state, n_steps)
-            _claim(partial, claimed)
+            _claim(partial, recorder._bytes(model, state, n_steps))
             with h5py.File(partial, "w", locking=False) as file:
                 recorder._layout(file, model, description, state, frame_steps, n_steps)
+                recorder._write(file, 0, state, rows, 0, frame)
             _claim(partial, partial.stat().st_size)
+            partial.chmod(0o666 & ~_umask())
             os.replace(partial, path)
         except OSError as error:
-            partial.unlink(missing_ok=True)
+            if partial is not None:
+                partial.unlink(missing_ok=True)
             raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
         return recorder
 
     @classmethod
     def resume(cls, path, description):
         """Continue a file of the same run; returns (recorder, step, state, history so far)."""
-        path = Path(path)
+        path = Path(path).resolve()
         with _opened(path, "r") as file:
             _check_same_run(path, _description(file, path), description)
             step, state = _read_checkpoint(file, path)
-            group = file["history"]
-            history = np.zeros(step + 1, dtype=HISTORY)
-            for name in HISTORY.names:
-                history[name] = group[name][:step + 1]
+            history = _read_history(file, step)
             shape = (len(file["model/nodes"]), len(file["model/quads"]), len(file["frames/step"]))
-        return cls(path, shape), step, state, history
+        recorder = cls(path, shape)
+        with _opened(path, "r+") as file:
+            file.attrs.modify("run", recorder._run)
+        return recorder, step, state, history
 
     def write(self, step, state, rows, first_row, frame):
         """Append history ``rows`` from ``first_row``, the frame ``(index, displacement, normals,
         element energies)``, and a checkpoint after ``step`` steps."""
-        index, displacement, normals, energy = frame
+        if not self.path.exists():
+            raise ResultFileError(f"{self.path} has vanished, its run cannot go on after step "
+                                  f"{step}")
         try:
             with h5py.File(self.path, "r+", locking=False) as file:
-                for name in HISTORY.names:
-                    file["history"][name][first_row:first_row + len(rows)] = rows[name]
-                frames = file["frames"]
-                nodes = slice(index * self.n_nodes, (index + 1) * self.n_nodes)
-                frames["displacement"][nodes] = displacement
-                frames["normal"][nodes] = normals
-                frames["strain_energy"][index * self.n_elem:(index + 1) * self.n_elem] = energy
-                file["VTKHDF/Steps/Values"][index] = rows["time"][-1]
-                file.flush()
-                _write_checkpoint(file[f"checkpoint/{index % 2}"], step, state)
-                file.flush()
-                file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(index + 1))
+                if file.attrs.get("run") != self._run:
+                    raise ResultFileError(f"{self.path} has been taken over by another run; this "
+                                          f"one stops after step {step}")
+                self._write(file, step, state, rows, first_row, frame)
         except OSError as error:
             raise ResultFileError(f"{self.path} cannot be written after step {step}: "
                                   f"{_reason(error)}; the file keeps the state of its last "
                                   "checkpoint") from None
 
+    def _write(self, file, step, state, rows, first_row, frame):
+        index, displacement, normals, energy = frame
+        history, frames = file["history"], file["frames"]
+        for name in HISTORY.names:
+            history[name][first_row:first_row + len(rows)] = rows[name]
+        nodes = slice(index * self.n_nodes, (index + 1) * self.n_nodes)
+        frames["displacement"][nodes] = displacement
+        frames["normal"][nodes] = normals
+        frames["strain_energy"][index * self.n_elem:(index + 1) * self.n_elem] = energy
+        steps = file["VTKHDF/Steps"]
+        steps["Values"][index] = rows["time"][-1]
+        file.flush()
+        _write_checkpoint(file["checkpoint"], index % 2, step, state)
+        file.flush()
+        steps.attrs.modify("NSteps", np.int64(index + 1))
+
     def _bytes(self, model, state, n_steps):
         """An upper bound of the file's size."""
-        checkpoint = sum(getattr(state, name).nbytes for name in State.ARRAYS)
+        checkpoint = _pack(state).nbytes
         frame = 48 * self.n_nodes + 8 * self.n_elem + 100
         mesh = 2 * (model.nodes.nbytes + model.quads.nbytes) + 9 * self.n_elem
         return (HISTORY.itemsize * (n_steps + 1) + frame * self.n_frames + 2 * checkpoint + mesh
@@ -118,6 +135,7 @@ class Recorder:
     def _layout(self, file, model, description, state, frame_steps, n_steps):
         file.attrs["format"] = FORMAT
         file.attrs["description"] = json.dumps(description)
+        file.attrs["run"] = self._run
         file.create_dataset("model/nodes", data=model.nodes)
         file.create_dataset("model/quads", data=model.quads)
         for name in HISTORY.names:
@@ -127,12 +145,8 @@ class Recorder:
         _reserve(file, "frames/displacement", (self.n_frames * self.n_nodes, 3))
         _reserve(file, "frames/normal", (self.n_frames * self.n_nodes, 3))
         _reserve(file, "frames/strain_energy", (self.n_frames * self.n_elem,))
-        for slot in "01":
-            for name in State.ARRAYS:
-                array = getattr(state, name)
-                _reserve(file, f"checkpoint/{slot}/{name}", array.shape, array.dtype)
-            _reserve(file, f"checkpoint/{slot}/external_work", (1,))
-            file.create_dataset(f"checkpoint/{slot}/stamp", data=np.array([-1, 0]))
+        _reserve(file, "checkpoint/state", (2, len(_pack(state))))
+        file.create_dataset("checkpoint/stamp", data=np.array([[-1, 0], [-1, 0]]))
         self._vtk(file, model)
 
     def _vtk(self, file, model):
@@ -176,24 +190,42 @@ def read(path):
     Raises:
         ResultFileError: no such file, not a corovec file, or damaged.
     """
-    path = Path(path)
+    path = writable_path(path, overwrite=True)
     with _opened(path, "r") as file:
         description = _description(file, path)
         step, _ = _read_checkpoint(file, path)
-        group, frames = file["history"], file["frames"]
-        history = np.zeros(step + 1, dtype=HISTORY)
-        for name in HISTORY.names:
-            history[name] = group[name][:step + 1]
+        frames = file["frames"]
         frame_steps = frames["step"][:]
         written = int(np.sum(frame_steps <= step))
         n_nodes, n_elem = len(file["model/nodes"]), len(file["model/quads"])
         return {
-            "description": description, "step": step, "n_steps": len(group["time"]) - 1,
-            "history": history, "frame_steps": frame_steps[:written],
+            "description": description, "step": step, "n_steps": len(file["history/time"]) - 1,
+            "history": _read_history(file, step), "frame_steps": frame_steps[:written],
             "displacement": frames["displacement"][:written * n_nodes].reshape(-1, n_nodes, 3),
             "normal": frames["normal"][:written * n_nodes].reshape(-1, n_nodes, 3),
             "strain_energy": frames["strain_energy"][:written * n_elem].reshape(-1, n_elem),
             "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+
+
+def writable_path(path, overwrite=False):
+    """``path`` with links resolved.
+
+    Raises:
+        ResultFileError: it is no path, exists and is not to be overwritten, or is not a file.
+    """
+    try:
+        if not os.fspath(path):
+            raise ValueError("empty")
+        path = Path(path).resolve()
+        exists, regular = path.exists(), path.is_file()
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        raise ResultFileError(f"{path!r} is not a path of a file: {_reason(error)}") from None
+    if exists and not regular:
+        raise ResultFileError(f"{path} is not a regular file")
+    if exists and not overwrite:
+        raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
+                              "continue it")
+    return path
 
 
 @contextmanager
@@ -203,7 +235,7 @@ def _opened(path, mode):
     try:
         with h5py.File(path, mode, locking=False) as file:
             yield file
-    except (OSError, KeyError, RuntimeError, json.JSONDecodeError) as error:
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError, AttributeError) as error:
         raise ResultFileError(f"{path} is damaged or not a result file: {_reason(error)}") from None
 
 
@@ -221,9 +253,9 @@ def _check_same_run(path, there, here):
         if stored != value:
             raise ResultFileError(f"{path} is from other parameters: {key} is {stored} there and "
                                   f"{value} here")
-    if there["model"] != here["model"]:
+    if there["fingerprint"] != here["fingerprint"]:
         case = there["case"]
-        what = f" ({case['name']}, {case['elements']} elements)" if case else ""
+        what = f" ({case}, {there['elements']} elements)" if case else ""
         raise ResultFileError(f"{path} is from other parameters: its model is another one{what}")
 
 
@@ -246,31 +278,62 @@ def _claim(path, size):
                 file.write(block[:rest])
 
 
-def _checksum(group, step):
-    """CRC-32 of a slot's arrays and of the step number it belongs to."""
-    crc = zlib.crc32(np.int64(step).tobytes())
-    for name in (*State.ARRAYS, "external_work"):
-        crc = zlib.crc32(np.ascontiguousarray(group[name][...]).tobytes(), crc)
-    return crc
+def _pack(state):
+    """All numbers of a state as one float64 vector (the integers of the charts are exact in it)."""
+    arrays = [np.asarray(getattr(state, name), dtype=float).ravel() for name in State.ARRAYS]
+    return np.concatenate([*arrays, [state.external_work]])
 
 
-def _write_checkpoint(group, step, state):
-    group["stamp"][0] = -1
-    for name in State.ARRAYS:
-        group[name][...] = getattr(state, name)
-    group["external_work"][0] = state.external_work
-    group["stamp"][...] = step, _checksum(group, step)
+def _unpack(packed, n_nodes):
+    """The state of :func:`_pack`."""
+    n_dof = (len(packed) - 1 - 13 * n_nodes) // 2
+    shapes = ((n_nodes, 3), (n_nodes, 3), (n_nodes, 3), (n_nodes, 4), (n_dof,), (n_dof,))
+    arrays, at = [], 0
+    for shape in shapes:
+        size = int(np.prod(shape))
+        arrays.append(packed[at:at + size].reshape(shape).copy())
+        at += size
+    arrays[3] = arrays[3].astype(np.int64)
+    return State(*arrays, external_work=float(packed[at]))
+
+
+def _checksum(packed, step):
+    """CRC-32 of a packed state and of the step number it belongs to."""
+    return zlib.crc32(np.ascontiguousarray(packed).tobytes(), zlib.crc32(np.int64(step).tobytes()))
+
+
+def _write_checkpoint(group, slot, step, state):
+    packed = _pack(state)
+    group["stamp"][slot] = -1, 0
+    group["state"][slot] = packed
+    group["stamp"][slot] = step, _checksum(packed, step)
 
 
 def _read_checkpoint(file, path):
     """(step, state) of the newest slot whose checksum holds."""
-    slots = sorted(file["checkpoint"].values(), key=lambda slot: -int(slot["stamp"][0]))
-    for slot in slots:
-        step, crc = (int(value) for value in slot["stamp"][:])
-        if step >= 0 and crc == _checksum(slot, step):
-            arrays = (slot[name][...] for name in State.ARRAYS)
-            return step, State(*arrays, external_work=float(slot["external_work"][0]))
+    group = file["checkpoint"]
+    stamps, n_nodes = group["stamp"][...], len(file["model/nodes"])
+    for slot in np.argsort(-stamps[:, 0], kind="stable"):
+        step, crc = (int(value) for value in stamps[slot])
+        packed = group["state"][slot]
+        if step >= 0 and crc == _checksum(packed, step):
+            return step, _unpack(packed, n_nodes)
     raise ResultFileError(f"{path} is damaged: neither of its two checkpoints is intact")
+
+
+def _read_history(file, step):
+    """History rows up to ``step``."""
+    group = file["history"]
+    history = np.zeros(step + 1, dtype=HISTORY)
+    for name in HISTORY.names:
+        history[name] = group[name][:step + 1]
+    return history
+
+
+def _umask():
+    current = os.umask(0)
+    os.umask(current)
+    return current
 
 
 def _reason(error):

@@ -65,6 +65,9 @@ def make_scheme(name="quasi", rho_inf=1.0, transformation="midpoint"):
         raise InputError(f"transformation '{transformation}' is unknown, must be one of: "
                          f"{', '.join(TRANSFORMATIONS)}")
     if name == "newmark":
+        if rho_inf != 1.0 or transformation != "midpoint":
+            raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
+                             "none")
         return Scheme(name, 0.0, 0.0, 0.5, 0.25)
     if name != "quasi":
         raise InputError(f"scheme '{name}' is unknown, must be one of: {', '.join(SCHEMES)}")

@@ -10,15 +10,23 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from .checks import choice, integer, number
 from .errors import InputError
 from .linear import SOLVERS
-from .model import Model, NodalLoad, TimeFunction
-from .recorder import HISTORY, Recorder
+from .loads import NodalLoad, TimeFunction
+from .model import Model
+from .recorder import HISTORY, Recorder, writable_path
 from .scheme import SCHEMES, TRANSFORMATIONS, make_scheme
 from .system import NewtonRule, Seconds, StepRecord, System
 
 DEFAULT_FRAMES = 200
-"""Frames written when their interval is not given."""
+"""Frames written at most, beside the first, when their interval is not given."""
+
+MOST_STEPS = 1e8
+"""Longest history: 16 GB."""
+
+LOST_IMPULSE = 0.05
+"""Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +54,17 @@ class Settings:
     frame_every: int = 0
 
     def __post_init__(self):
+        for name, unit in (("dt", "s"), ("end_time", "s"), ("rho_inf", ""), ("tolerance", "")):
+            object.__setattr__(self, name, number(name, getattr(self, name), unit))
+        for name in ("min_iterations", "max_iterations", "frame_every"):
+            object.__setattr__(self, name, integer(name, getattr(self, name)))
         for name in ("dt", "end_time"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"{name} must be positive and finite [s], is {value:g}")
+            if getattr(self, name) <= 0.0:
+                raise InputError(f"{name} must be positive [s], is {getattr(self, name):g}")
         steps = self.end_time / self.dt
+        if steps > MOST_STEPS:
+            raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
+                             f"{self.dt:g} s, at most {MOST_STEPS:.0e} can be recorded")
         if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
             below = int(steps)
             raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
@@ -58,9 +72,7 @@ class Settings:
                              f"{(below + 1) * self.dt:g} s")
         for name, choices in (("scheme", SCHEMES), ("transformation", TRANSFORMATIONS),
                               ("solver", SOLVERS)):
-            if getattr(self, name) not in choices:
-                raise InputError(f"{name} '{getattr(self, name)}' is unknown, must be one of: "
-                                 f"{', '.join(choices)}")
+            choice(name, getattr(self, name), choices)
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)
@@ -77,7 +89,7 @@ class Settings:
     @property
     def frame_steps(self):
         """Steps after which a frame is written: every n-th one, and the last."""
-        every = self.frame_every or max(1, self.n_steps // DEFAULT_FRAMES)
+        every = self.frame_every or -(-self.n_steps // DEFAULT_FRAMES)
         steps = np.arange(0, self.n_steps + 1, every)
         return steps if steps[-1] == self.n_steps else np.append(steps, self.n_steps)
 
@@ -85,22 +97,23 @@ class Settings:
 @dataclass(frozen=True)
 class Drift:
     """Largest change since unloading: of the energy relative to itself, of the momenta relative to
-    the largest sum m |v| and sum m |x - x_c| |v| of the whole run."""
+    the largest sum m |v| and sum m |x - x_c| |v| of the whole run (None for a supported shell,
+    whose momenta are not conserved)."""
 
     energy: float
-    linear_momentum: float
-    angular_momentum: float
-    angular_momentum_printed: float
+    linear_momentum: float | None
+    angular_momentum: float | None
+    angular_momentum_printed: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Result:
     """Histories and last state of a run.
 
     Attributes:
         history: (n_steps + 1,) structured array, fields of ``solver.recorder.HISTORY``.
         displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3).
-        unloaded_at: time from which no load acts [s].
+        unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
         settings: :class:`Settings`.
@@ -110,6 +123,7 @@ class Result:
     displacement: np.ndarray
     normals: np.ndarray
     unloaded_at: float
+    supported: bool
     solver: str
     seconds: Seconds
     settings: Settings
@@ -121,8 +135,8 @@ class Result:
 
     @property
     def drift(self):
-        """:class:`Drift` since unloading; None if the run ends before."""
-        return drift(self.history, self.unloaded_at)
+        """:class:`Drift` since unloading; None if the run ends before or there."""
+        return drift(self.history, self.unloaded_at, self.supported)
 
 
 def total_energy(history):
@@ -136,14 +150,16 @@ def unloaded_row(history, unloaded_at):
     return int(rows[0]) if len(rows) else None
 
 
-def drift(history, unloaded_at):
-    """:class:`Drift` of a history since ``unloaded_at``; None where it ends before."""
+def drift(history, unloaded_at, supported=False):
+    """:class:`Drift` of a history since ``unloaded_at``; None where it ends before or there."""
     first = unloaded_row(history, unloaded_at)
-    if first is None:
+    if first is None or first == len(history) - 1:
         return None
     energy = total_energy(history)[first:]
 
     def change(name, scale):
+        if supported:
+            return None
         values = history[name][first:]
         largest = history[scale].max()
         return float(np.abs(values - values[0]).max() / largest) if largest > 0.0 else 0.0
@@ -179,6 +195,11 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
+    if resume and overwrite:
+        raise InputError("resume and overwrite exclude each other")
+    if output is not None:
+        output = writable_path(output, overwrite or resume)
+    _check_impulses(model, settings)
     with threadpool_limits(1):
         return _simulate(model, settings, output, overwrite, resume, progress, case)
 
@@ -199,13 +220,12 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
             history[:done + 1] = rows
             system.observe(state)
         else:
-            recorder = Recorder.create(output, model, description, state, frame_steps, n_steps,
-                                       overwrite)
-    written = done + 1
-    if done == 0:
+            _fill(history[0], 0.0, system.observe(state), state, StepRecord())
+            recorder = Recorder.create(output, model, description, state, history[:1],
+                                       _frame(system, state, 0), frame_steps, n_steps, overwrite)
+    else:
         _fill(history[0], 0.0, system.observe(state), state, StepRecord())
-        if recorder:
-            recorder.write(0, state, history[:1], 0, _frame(system, state, 0))
+    written = done + 1
     clock = time.perf_counter()
     system.seconds = Seconds()
     for step in range(done + 1, n_steps + 1):
@@ -221,7 +241,25 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
             progress(step, n_steps, history[step])
     system.seconds.total = time.perf_counter() - clock
     return Result(history, state.x - model.nodes + state.x_low, system.p.copy(), model.unloaded_at,
-                  system.solver.name, system.seconds, settings)
+                  bool(model.supports), system.solver.name, system.seconds, settings)
+
+
+def _check_impulses(model, settings):
+    """Loads are sampled once a step, at its generalized midpoint: dt must not miss a pulse."""
+    alpha_f = make_scheme(settings.scheme, settings.rho_inf, settings.transformation).alpha_f
+    for k, load in enumerate(model.loads):
+        end = min(settings.end_time, load.history.times[-1])
+        if end <= 0.0:
+            continue
+        steps = np.arange(int(np.ceil(end / settings.dt)))
+        middle = (steps + 1.0 - alpha_f) * settings.dt
+        sampled = settings.dt * np.interp(middle, load.history.times, load.history.values).sum()
+        exact = load.history.integral(steps.size * settings.dt)
+        largest = np.abs(load.history.values).max() * end
+        if abs(sampled - exact) > LOST_IMPULSE * max(abs(exact), 1e-3 * largest):
+            raise InputError(f"load {k}: dt {settings.dt:g} s is too long for its time function; "
+                             f"the steps see {sampled:.4g} s of its integral {exact:.4g} s up to "
+                             f"t = {end:g} s")
 
 
 def warm_up():
@@ -238,8 +276,10 @@ def warm_up():
 
 def describe(model, settings, solver, case=None):
     """What a result file says of its run; a resumed run must agree but for versions and machine."""
-    return {"case": case, "model": fingerprint(model), "settings": asdict(settings),
-            "solver": solver, "unloaded_at": model.unloaded_at,
+    return {"case": case, "fingerprint": fingerprint(model), "settings": asdict(settings),
+            "nodes": len(model.nodes), "elements": len(model.quads), "membrane": model.membrane,
+            "shear": model.shear, "solver": solver, "unloaded_at": model.unloaded_at,
+            "supported": bool(model.supports),
             "versions": versions(), "machine": machine()}
 
 

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from .errors import InputError, StepError
 from .kernels import assembly, rotation
 from .linear import SingularMatrix
-from .model import CONSTANT
+from .loads import CONSTANT
 from .system import State, System
 
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 from .errors import InputError, StepError
 from .kernels import assembly, rotation
 from .linear import SingularMatrix, make_solver
-from .model import CONSTANT, NodalLoad, NodalMoment, Pressure
+from .loads import CONSTANT, NodalLoad, NodalMoment, Pressure
 from .numbering import number_dofs
 
 ROUNDOFF = 4.0 * np.finfo(float).eps
@@ -16,6 +16,9 @@ ROUNDOFF = 4.0 * np.finfo(float).eps
 
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
+
+NOT_TOLD = -1
+"""Number of indefinite matrices where the solver does not tell."""
 
 MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
@@ -54,6 +57,8 @@ class NewtonRule:
     def __post_init__(self):
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
+        if self.max_iterations < 1:
+            raise InputError(f"max_iterations must be at least 1, is {self.max_iterations}")
         if not 1 <= self.min_iterations <= self.max_iterations:
             raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
                              f"{self.min_iterations}")
@@ -61,7 +66,8 @@ class NewtonRule:
 
 @dataclass
 class StepRecord:
-    """What happened in one step of the time grid (sums over its parts if it was halved)."""
+    """What happened in one step of the time grid: sums over its parts if it was halved, but the
+    final work ratio cc of the last part as ``residual``."""
 
     iterations: int = 0
     residual: float = 0.0
@@ -109,6 +115,7 @@ class System:
         n_nodes, n_elem, n_dof = len(model.nodes), len(model.quads), self.numbering.n_dof
         self.fixed_component, fixed = _supports(model, self.numbering)
         self.fixed = fixed
+        self._translations = self.numbering.start[:, None] + np.arange(3)
         self._numbering = (self.numbering.start, self.numbering.n_rot, fixed, bool(fixed.any()))
         self.nodal_mass = np.zeros(n_nodes)
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
@@ -136,7 +143,7 @@ class System:
         n_nodes = len(model.nodes)
         state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
                       np.zeros((n_nodes, 4), dtype=np.int64), np.zeros(n_dof), np.zeros(n_dof))
-        state.velocity[start[:, None] + np.arange(3)] = model.velocity
+        state.velocity[self._translations] = model.velocity
         rotation.start_charts(start, self.fixed_component, model.normals, model.normal_velocity,
                               state.variables, state.chart, state.velocity)
         fixed = self.fixed
@@ -173,9 +180,10 @@ class System:
     def observe(self, state):
         """Energies and momenta of ``state``; makes it the start of the next step."""
         start = self.numbering.start
-        rotation.place_directors(state.variables, state.chart, self.p)
+        if (lost := rotation.place_directors(state.variables, state.chart, self.p)) >= 0:
+            raise StepError(f"the normal of node {lost} has left its chart")
         rotation.director_rates(start, state.velocity, state.chart, self.p, self.p_dot)
-        velocity = state.velocity[start[:, None] + np.arange(3)]
+        velocity = state.velocity[self._translations]
         values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
                                   velocity, self.p_dot, self._start, self.element_energy)
         return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
@@ -222,8 +230,8 @@ class System:
         loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
         delta = dt * state.velocity
         correction = delta
-        floor = self.roundoff_work(float(self.nodal_mass.sum()
-                                         * np.max(state.velocity**2, initial=0.0)))
+        speed = state.velocity[self._translations]
+        floor = self.roundoff_work(float(self.nodal_mass.sum() * np.max(speed**2)))
         first_work = 0.0
         for k in range(1, rule.max_iterations + 1):
             for _ in range(MAX_DAMPINGS + 1):
@@ -234,7 +242,11 @@ class System:
             else:
                 return None, "a normal left the chart of its rotational variables"
             try:
-                record.indefinite += bool(self._factor())
+                negative = self._factor()
+                if negative is None:
+                    record.indefinite = NOT_TOLD
+                elif negative:
+                    record.indefinite += 1
             except SingularMatrix as error:
                 return None, str(error)
             clock = time.perf_counter()

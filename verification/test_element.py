@@ -92,6 +92,27 @@ def test_local_stiffness_against_oracle(seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
+def test_averaged_strain_operator_is_exact(seed):
+    """Eq. (70): e(t_1) - e(t_0) = B((t_0 + t_1)/2) (t_1 - t_0) for finite changes, because e is
+    quadratic; with stresses averaged, not taken at the midpoint, the work is the energy."""
+    rng = np.random.default_rng(seed)
+    corners, normals = random_quad(rng)
+    c = constants(corners, normals, "stress")
+    t_0, t_1 = rng.uniform(-0.5, 0.5, (2, 3, 3))
+    e_0, e_1, e_mid = np.empty(5), np.empty(5), np.empty(5)
+    for t, e in ((t_0, e_0), (t_1, e_1), (0.5 * (t_0 + t_1), e_mid)):
+        kernel.membrane_strains(c["l"], c["Q"], t, e)
+    B, f, g = np.empty((5, 9)), np.empty((3, 3)), np.empty((4, 2))
+    kernel.local_forces(c["l"], c["Q"], c["k_b"], 0.5 * (t_0 + t_1), np.zeros(11),
+                        0.5 * (e_0 + e_1), B, f, g)
+    change = (t_1 - t_0).ravel()
+    assert np.allclose(B @ change, e_1 - e_0, rtol=1e-12, atol=1e-13 * np.abs(e_1).max())
+    energy = 0.5 * (e_1 @ e_1 - e_0 @ e_0)
+    assert np.isclose(f.ravel() @ change, energy, rtol=1e-12)
+    assert abs((B.T @ e_mid) @ change - energy) > 1e-3 * abs(energy)
+
+
+@pytest.mark.parametrize("seed", range(4))
 def test_symmetry(seed):
     """K of Eq. (63) is symmetric: finite differences of the force, which know nothing of symmetry,
     give it from either side; the assembled array is symmetric to 1e-13."""

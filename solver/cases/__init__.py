@@ -12,8 +12,9 @@ from typing import Generic, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..errors import InputError
+from ..loads import NodalLoad, TimeFunction
 from ..mesh import block, join, node_at
-from ..model import Model, NodalLoad, TimeFunction
+from ..model import Model
 
 FOLDER = Path(__file__).parent
 Provenance = Literal["printed", "derived", "assumed", "calibrated"]
@@ -128,7 +129,7 @@ class Case(_Strict):
         loads = [NodalLoad(node_at(nodes, load.at.value), load.force.value,
                            functions[load.history]) for load in self.loads]
         values = {name: sourced.value for name, sourced in self.parameters}
-        return Model(nodes, quads, loads=loads, name=f"{self.name} {elements}", **values, **options)
+        return Model(nodes, quads, loads=loads, **values, **options)
 
     def provenance(self):
         """Rows (parameter, value, unit, provenance, source) of everything the case defines."""

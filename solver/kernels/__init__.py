@@ -25,6 +25,14 @@ def _cache_folder() -> str:
             return str(folder)
     except OSError:
         pass
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    fallback = Path(tempfile.gettempdir()) / f"corovec-{user}"
+    try:
+        fallback.mkdir(mode=0o700, exist_ok=True)
+        if fallback.stat().st_uid == user:
+            return str(fallback / digest.hexdigest()[:16])
+    except OSError:
+        pass
     return tempfile.mkdtemp(prefix="corovec-")
 
 

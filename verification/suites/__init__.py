@@ -1,0 +1,1 @@
+"""All verification cases, suite by suite."""
