@@ -31,7 +31,8 @@ class StaticSettings:
     """How equilibrium is iterated.
 
     Attributes:
-        solver: ``auto``, ``skyline`` or ``dense``.
+        solver: ``skyline`` (takes indefinite matrices beyond limit points as they are), ``auto`` or
+            ``dense``.
         tolerance: largest work of a correction relative to that of the first one of its step; the
             work is quadratic, so 1e-16 stands for corrections 1e-8 times the first.
         max_iterations: iterations after which a step is divided.
@@ -39,7 +40,7 @@ class StaticSettings:
         max_divisions: a step is at most divided by ``2 ** max_divisions``.
     """
 
-    solver: str = "auto"
+    solver: str = "skyline"
     tolerance: float = 1e-16
     max_iterations: int = 16
     fast_iterations: int = 6
@@ -81,7 +82,7 @@ class StaticResult:
     seconds: float
 
 
-def solve_linear(model, solver="auto"):
+def solve_linear(model, solver="skyline"):
     """Linear solution K(0) U = F(t = 1) from the initial configuration.
 
     Returns:

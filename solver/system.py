@@ -284,7 +284,8 @@ class System:
         """Switch the rotational variables that need it, for normals already placed; how many."""
         return rotation.switch_charts(
             self.numbering.start, self.fixed_component, state.variables, state.chart,
-            state.velocity, state.acceleration, self.p)
+            state.velocity, state.acceleration, self.p,
+            self._start[0])
 
     def _assemble(self, state, step, averaged, delta, loads, tangent=True):
         clock = time.perf_counter()

@@ -80,6 +80,7 @@ class Case:
         source: author, year, table or figure of the references.
         definition: geometry, material, loads and supports in words.
         run: makes the rows.
+        slow: takes more than some seconds; run by ``corovec verify``, not by the tests.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Case:
     source: str
     definition: str
     run: Callable
+    slow: bool = False
 
 
 def at_least(name, value, bound, reason):

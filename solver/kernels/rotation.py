@@ -17,13 +17,19 @@ CHART_LIMIT = 0.95
 CHART_LEFT = 1
 """Returned by :func:`advance_nodes` when a normal leaves its chart."""
 
-SWITCH_RATIO = 1.02
-"""Hysteresis: switch once a component exceeds |p_l| by this ratio, so |p_l| > 0.57 at all times.
+SWITCH_RATIO = 1.001
+"""Hysteresis: switch once a component exceeds |p_l| by this ratio half a step ahead.
 
-Just enough to stop a node from switching to and fro.  A larger ratio costs accuracy: the stiff
-rotational oscillations that the time scheme neither resolves nor damps keep their size in n, so
-p_dot = A1 n_dot grows by the ratio with every quarter turn (1.2 instead of 1.02 doubled the energy
-drift of the L-plate over 20 s at dt = 0.01, and made it ten times that at dt = 0.02, 40 s)."""
+Just enough to stop a node from switching to and fro.  The border and its timing matter: rotational
+oscillations far faster than the step are neither resolved nor damped; they keep their size in n,
+so p_dot = A1 n_dot changes with the chart, by p_n / p_l at a switch.  Switching late by an angle d
+multiplies them by tan(45 deg + d) with every quarter turn; switching half a step ahead of the border
+is late as often as early.
+"""
+
+
+EARLIEST = 0.4
+"""Size of p_l now that a chart chosen ahead must have: a step may turn far."""
 
 
 @njit(cache=True)
@@ -71,8 +77,8 @@ def convective(p, chart, n_dot, m_dot):
 
 
 @njit(cache=True)
-def choose_chart(p, old, fixed_component, chart):
-    """Fill ``chart`` for ``p``; False if it is the chart ``old`` already.
+def choose_chart(p, ahead, old, fixed_component, chart):
+    """Fill ``chart`` for ``p``, which moves to ``ahead``; False if it is the chart ``old`` already.
 
     The dependent component stays unless another exceeds it by ``SWITCH_RATIO`` (``old[3] = 0``: no
     chart yet, the largest).  A component that a support fixes (``fixed_component``, -1 for none)
@@ -82,10 +88,10 @@ def choose_chart(p, old, fixed_component, chart):
     size = -1.0
     if old[3] != 0:
         best = old[2]
-        size = abs(p[best]) * SWITCH_RATIO
+        size = abs(ahead[best]) * SWITCH_RATIO
     for c in range(3):
-        if c != fixed_component and abs(p[c]) > size:
-            best, size = c, abs(p[c])
+        if c != fixed_component and abs(ahead[c]) > size:
+            best, size = c, abs(ahead[c])
     first, second = (best + 1) % 3, (best + 2) % 3
     if second == fixed_component:
         first, second = second, first
@@ -117,7 +123,7 @@ def director_rates(start, velocity, chart, p, p_dot):
 def start_charts(start, fixed_component, p, p_dot, variables, chart, velocity):
     """Charts, variables and their rates (in ``velocity``) from normals and normal velocities."""
     for i in range(p.shape[0]):
-        choose_chart(p[i], np.zeros(4, np.int64), fixed_component[i], chart[i])
+        choose_chart(p[i], p[i], np.zeros(4, np.int64), fixed_component[i], chart[i])
         n, m = chart[i, 0], chart[i, 1]
         variables[i, 0], variables[i, 1] = p[i, n], p[i, m]
         velocity[start[i] + 3], velocity[start[i] + 4] = p_dot[i, n], p_dot[i, m]
@@ -159,17 +165,22 @@ def advance_nodes(numbering, motion, step, delta, scratch):
 
 
 @njit(cache=True)
-def switch_charts(start, fixed_component, variables, chart, velocity, acceleration, p):
+def switch_charts(start, fixed_component, variables, chart, velocity, acceleration, p, p_old):
     """Change the variables of every node whose dependent component is no longer clearly largest.
 
+    ``p_old`` are the normals a step before; charts are chosen for the normals half a step ahead.
     p, p_dot = A1 n_dot and p_ddot = A1 n_ddot + A2 (Eq. 30) are carried over; returns how many
     nodes switched.
     """
-    rate, second = np.empty(3), np.empty(3)
+    rate, second, ahead = np.empty(3), np.empty(3), np.empty(3)
     new = np.empty(4, np.int64)
     switched = 0
     for i in range(start.shape[0]):
-        if not choose_chart(p[i], chart[i], fixed_component[i], new):
+        for c in range(3):
+            ahead[c] = p[i, c] + 0.5 * (p[i, c] - p_old[i, c])
+        if not choose_chart(p[i], ahead, chart[i], fixed_component[i], new):
+            continue
+        if abs(p[i, new[2]]) < EARLIEST:
             continue
         switched += 1
         k = start[i] + 3
@@ -215,7 +226,7 @@ def turn_normals(start, fixed_component, correction, variables, chart, p):
         scale = math.sqrt((1.0 - held * held) / square)
         for c in range(3):
             p[i, c] = held if c == kept else scale * p[i, c]
-        choose_chart(p[i], chart[i], fixed_component[i], new)
+        choose_chart(p[i], p[i], chart[i], fixed_component[i], new)
         chart[i] = new
         variables[i, 0], variables[i, 1] = p[i, new[0]], p[i, new[1]]
 

@@ -1,1 +1,1 @@
-"""All verification cases, suite by suite."""
+"""Verification cases, one module a suite; ``verification.registry`` collects them."""

@@ -114,8 +114,10 @@ def run_hemisphere():
                 Support(mesh.where(quarter), SYMMETRY["x"]), Support(held, ("z",))]
     loads = [NodalLoad(a, (200.0, 0.0, 0.0)), NodalLoad(b, (0.0, -200.0, 0.0))]
     u = load_control(plate(mesh, 0.04, 6.825e7, 0.3, loads, supports), table["p"]).displacement
-    return [curve_row("outward at A, 16 x 16", u[:, a, 0], table["outward_A"], 0.02),
-            curve_row("inward at B, 16 x 16", -u[:, b, 1], table["inward_B"], 0.02)]
+    why = ("1.5 to 2.3 % stiffer than S4R on this mesh (another code on 28 x 28: 0.9 %); see the "
+           "linear hemisphere for the cause")
+    return [curve_row("outward at A, 16 x 16", u[:, a, 0], table["outward_A"], 0.02, why),
+            curve_row("inward at B, 16 x 16", -u[:, b, 1], table["inward_B"], 0.02, why)]
 
 
 def eighth_cylinder(radius, half_length, divisions, ends):
@@ -147,11 +149,13 @@ def run_pull_out():
 
 def run_pinched_cylinder():
     table = published("sze36_pinched_cylinder")
-    mesh, supports, b, _ = eighth_cylinder(100.0, 100.0, (40, 40), "diaphragm")
+    mesh, supports, b, _ = eighth_cylinder(100.0, 100.0, (32, 32), "diaphragm")
     model = plate(mesh, 1.0, 30e3, 0.3, [NodalLoad(0, (0.0, 0.0, -3000.0))], supports)
-    u = load_control(model, table["p"]).displacement
-    return [curve_row("-W_A, 40 x 40", -u[:, 0, 2], table["minus_w_A"], 0.03),
-            curve_row("U_B, 40 x 40", u[:, b, 1], table["u_B"], 0.04)]
+    result = arc_length(model, 40.0, until=lambda factor, u: factor > 1.0)
+    u = result.displacement
+    return [path_row("P against W_A, 32 x 32", result.factors, -u[:, 0, 2], table, "minus_w_A",
+                     0.03),
+            path_row("P against U_B, 32 x 32", result.factors, u[:, b, 1], table, "u_B", 0.03)]
 
 
 def run_semi_cylinder():
@@ -176,9 +180,9 @@ def roof(n, thickness):
     return plate(mesh, thickness, 3102.75, 0.3, [NodalLoad(0, (0.0, 0.0, -750.0))], supports)
 
 
-def path_row(name, factor, w, table, tolerance):
+def path_row(name, factor, w, table, curve, tolerance):
     """Distance of the tabulated points from our load-deflection path, both axes scaled to 1."""
-    p, d = np.array(table["p"]), np.array(table["minus_w_C"])
+    p, d = np.array(table["p"]), np.array(table[curve])
     path = np.column_stack([factor / p.max(), w / d.max()])
     points = np.column_stack([p / p.max(), d / d.max()])
     a, ab = path[:-1], np.diff(path, axis=0)
@@ -200,7 +204,8 @@ def run_roofs():
         result = arc_length(roof(n, thickness), 20.0,
                             until=lambda factor, u, last=last: -u[0, 2] > last)
         w = -result.displacement[:, 0, 2]
-        rows.append(path_row(f"{name}, {n} x {n}", result.factors, w, table, 0.02))
+        rows.append(path_row(f"{name}, {n} x {n}", result.factors, w, table,
+                             "minus_w_C", 0.02))
         first = int(np.argmax(np.diff(result.factors) < 0.0))
         rows.append(Row(f"{name}: first limit load / P_max", result.factors[first],
                         max(table["p"][:12]), "published", 0.02, "read off tabulated points"))
@@ -214,7 +219,7 @@ CASES = (
          "analytic; " + SOURCE + "3.2", "L = 12, b = 1, h = 0.1, E = 1.2e6, nu = 0, edge moment "
          "50 pi/3", run_roll_up),
     Case("slit-annulus", "nonlinear", "large twisting", SOURCE + "3.3", "radii 6 and 10, h = 0.03, "
-         "E = 21e6, nu = 0, line force 0.8", run_slit_annulus),
+         "E = 21e6, nu = 0, line force 0.8", run_slit_annulus, slow=True),
     Case("hemisphere", "nonlinear", "large inextensional bending, double curvature",
          SOURCE + "3.4", "R = 10, h = 0.04, 18 degree hole, E = 6.825e7, nu = 0.3, forces 400",
          run_hemisphere),
@@ -223,11 +228,11 @@ CASES = (
          run_pull_out),
     Case("pinched-cylinder-nonlinear", "nonlinear", "local folding under point loads",
          SOURCE + "3.6", "R = 100, L = 200, h = 1, E = 30e3, nu = 0.3, forces 12 000, diaphragms",
-         run_pinched_cylinder),
+         run_pinched_cylinder, slow=True),
     Case("semi-cylinder", "nonlinear", "pinched clamped semi-cylinder", SOURCE + "3.7",
          "R = 101.6, L = 304.8, h = 3, E = 2068.5 (see the data file), nu = 0.3, force 2000",
-         run_semi_cylinder),
+         run_semi_cylinder, slow=True),
     Case("roofs", "nonlinear", "snap-through and snap-back by arc length", SOURCE + "3.8",
          "R = 2540, 508 x 508, h = 12.7 and 6.35, E = 3102.75, nu = 0.3, central force 3000",
-         run_roofs),
+         run_roofs, slow=True),
 )

@@ -1,0 +1,52 @@
+"""Every quick verification case, asserted; and the command that runs them all."""
+
+import json
+
+import pytest
+
+from verification.case import OK, Row
+from verification.helpers import corovec
+from verification.registry import CASES
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if not case.slow],
+                         ids=lambda case: case.name)
+def test_case(case):
+    """No row deviates without an explanation."""
+    rows = case.run()
+    assert rows
+    wrong = [f"{row.name}: {row.value:g} against {row.reference:g}, {row.verdict}"
+             for row in rows if row.verdict not in OK]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_names_are_unique():
+    names = [case.name for case in CASES]
+    assert len(set(names)) == len(names)
+    assert not set(names) & {case.suite for case in CASES if case.suite not in ("patch",)}
+
+
+@pytest.mark.parametrize("value, options, verdict", [
+    (1.0, {}, "match"), (1.0 + 1e-9, {}, "deviates (open)"),
+    (1.01, {"tolerance": 0.02}, "within tolerance"),
+    (1.03, {"tolerance": 0.02}, "deviates (open)"),
+    (1.03, {"tolerance": 0.02, "explanation": "known"}, "deviates (explained)"),
+    (1.5, {"tolerance": 0.02, "target": 2.0}, "better"),
+    (2.0, {"above": True}, "match"), (0.5, {"above": True}, "deviates (open)"),
+    (float("nan"), {"tolerance": 9.0}, "deviates (open)"),
+])
+def test_verdicts(value, options, verdict):
+    """Each verdict, and that a wrong value gets a bad one."""
+    row = Row("x", value, 1.0, "analytic", **{"tolerance": 1e-12, "reason": "test", **options})
+    assert row.verdict == verdict
+
+
+def test_command(tmp_path):
+    path = tmp_path / "verdicts.json"
+    done = corovec("verify", "patch-finite", "--output", str(path))
+    assert done.returncode == 0 and "deviate without explanation" in done.stdout
+    report = json.loads(path.read_text())
+    assert report["cases"][0]["rows"][0]["verdict"] == "within tolerance"
+    assert "end-shear" in corovec("verify", "--list").stdout
+    wrong = corovec("verify", "patchwork")
+    assert wrong.returncode == 2 and "neither a case nor a suite" in wrong.stderr
