@@ -41,7 +41,7 @@ def test_quasi_scheme_conserves(quasi):
 
 @pytest.mark.parametrize("plate, bound", [("l-plate", 1e-4), ("cross-code", 3e-5)])
 def test_twenty_seconds_of_tumbling(plate, bound):
-    """20 s at dt = 0.01: energy drifts by 3e-5 and 1.7e-5 (measured; the bounds leave the growth of
+    """20 s at dt = 0.01: energy drifts by 2e-5 and 1.7e-5 (measured; the bounds leave the growth of
     unresolved oscillations a factor), hardly a step is halved (2 measured on the L-plate), linear
     momentum stays exact.
 

@@ -23,8 +23,8 @@ SWITCH_RATIO = 1.001
 Just enough to stop a node from switching to and fro.  The border and its timing matter: rotational
 oscillations far faster than the step are neither resolved nor damped; they keep their size in n,
 so p_dot = A1 n_dot changes with the chart, by p_n / p_l at a switch.  Switching late by an angle d
-multiplies them by tan(45 deg + d) with every quarter turn; switching half a step ahead of the border
-is late as often as early.
+multiplies them by tan(45 deg + d) with every quarter turn; switching half a step ahead of the
+border is late as often as early.
 """
 
 

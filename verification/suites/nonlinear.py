@@ -138,13 +138,14 @@ def run_pull_out():
     table = published("sze35_pull_out")
     mesh, supports, b, c = eighth_cylinder(4.953, 5.175, (24, 16), "free")
     model = plate(mesh, 0.094, 10.5e6, 0.3125, [NodalLoad(0, (0.0, 0.0, 10000.0))], supports)
-    p = np.array(table["p"])
-    u = load_control(model, p).displacement
-    # the wall turns inside out between 0.5 and 0.525: the points next to the jump are left out
-    far = (p < 0.49) | (p > 0.56)
-    return [curve_row("W_A, 16 x 24", u[far, 0, 2], np.array(table["w_A"])[far], 0.02),
-            curve_row("-U_B, 16 x 24", -u[far, b, 1], np.array(table["minus_u_B"])[far], 0.02),
-            curve_row("-U_C, 16 x 24", -u[far, c, 1], np.array(table["minus_u_C"])[far], 0.02)]
+    # the wall turns inside out near 0.5: the path goes back and forth there
+    result = arc_length(model, 1.0, until=lambda factor, u: factor > 1.0)
+    u = result.displacement
+    return [path_row(f"P against {name}, 16 x 24", result.factors, values, table, curve, 0.02,
+                     "largest at the snap; the reference mesh is 24 x 36")
+            for name, values, curve in (("W_A", u[:, 0, 2], "w_A"),
+                                        ("-U_B", -u[:, b, 1], "minus_u_B"),
+                                        ("-U_C", -u[:, c, 1], "minus_u_C"))]
 
 
 def run_pinched_cylinder():
@@ -152,10 +153,12 @@ def run_pinched_cylinder():
     mesh, supports, b, _ = eighth_cylinder(100.0, 100.0, (32, 32), "diaphragm")
     model = plate(mesh, 1.0, 30e3, 0.3, [NodalLoad(0, (0.0, 0.0, -3000.0))], supports)
     result = arc_length(model, 40.0, until=lambda factor, u: factor > 1.0)
+    coarse = "local folds under the force need the reference's 48 x 48"
     u = result.displacement
     return [path_row("P against W_A, 32 x 32", result.factors, -u[:, 0, 2], table, "minus_w_A",
-                     0.03),
-            path_row("P against U_B, 32 x 32", result.factors, u[:, b, 1], table, "u_B", 0.03)]
+                     0.03, coarse),
+            path_row("P against U_B, 32 x 32", result.factors, u[:, b, 1], table, "u_B", 0.03,
+                     coarse)]
 
 
 def run_semi_cylinder():
@@ -180,7 +183,7 @@ def roof(n, thickness):
     return plate(mesh, thickness, 3102.75, 0.3, [NodalLoad(0, (0.0, 0.0, -750.0))], supports)
 
 
-def path_row(name, factor, w, table, curve, tolerance):
+def path_row(name, factor, w, table, curve, tolerance, explanation=""):
     """Distance of the tabulated points from our load-deflection path, both axes scaled to 1."""
     p, d = np.array(table["p"]), np.array(table[curve])
     path = np.column_stack([factor / p.max(), w / d.max()])
@@ -192,7 +195,7 @@ def path_row(name, factor, w, table, curve, tolerance):
         distance.append(np.linalg.norm(point - a - s[:, None] * ab, axis=1).min())
     return Row(f"{name}: largest distance of {len(p)} points from the path", max(distance), 0.0,
                "published", tolerance, "both axes scaled to 1; " +
-               CURVE.format(f"{100 * tolerance:g} %"), scale=1.0)
+               CURVE.format(f"{100 * tolerance:g} %"), scale=1.0, explanation=explanation)
 
 
 def run_roofs():
@@ -225,7 +228,7 @@ CASES = (
          run_hemisphere),
     Case("pull-out", "nonlinear", "from bending to stretching through a snap", SOURCE + "3.5",
          "R = 4.953, L = 10.35, h = 0.094, E = 10.5e6, nu = 0.3125, forces 40 000, eighth model",
-         run_pull_out),
+         run_pull_out, slow=True),
     Case("pinched-cylinder-nonlinear", "nonlinear", "local folding under point loads",
          SOURCE + "3.6", "R = 100, L = 200, h = 1, E = 30e3, nu = 0.3, forces 12 000, diaphragms",
          run_pinched_cylinder, slow=True),
@@ -234,5 +237,5 @@ CASES = (
          run_semi_cylinder, slow=True),
     Case("roofs", "nonlinear", "snap-through and snap-back by arc length", SOURCE + "3.8",
          "R = 2540, 508 x 508, h = 12.7 and 6.35, E = 3102.75, nu = 0.3, central force 3000",
-         run_roofs, slow=True),
+         run_roofs),
 )
