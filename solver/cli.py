@@ -54,7 +54,8 @@ def main():
     """Entry point: errors of the user are one line on standard error and exit status 2."""
     try:
         cli.main(standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except (InputError, ResultFileError) as error:
         _fail(error, WRONG_INPUT)
     except StepError as error:

@@ -26,7 +26,7 @@ class TimeFunction:
     def __post_init__(self):
         for name in ("times", "values"):
             given = getattr(self, name)
-            if np.ndim(given) != 1:
+            if not isinstance(given, list | tuple | np.ndarray) or isinstance(given, str):
                 raise InputError(f"time function: {name} must be a list of numbers, is {given!r}")
             items = tuple(number(f"time function: {name}[{k}]", v) for k, v in enumerate(given))
             object.__setattr__(self, name, items)
@@ -123,7 +123,8 @@ class Support:
 
     def __post_init__(self):
         given = self.components
-        if isinstance(given, str) or not np.iterable(given) or not len(tuple(given)):
+        given = given if isinstance(given, str) or not np.iterable(given) else tuple(given)
+        if not isinstance(given, tuple) or not given:
             raise InputError(f"support: components must be a list of {', '.join(COMPONENTS)}, is "
                              f"{given!r}")
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)

@@ -72,9 +72,10 @@ class Recorder:
             partial.chmod(0o666 & ~_umask())
             os.replace(partial, path)
         except OSError as error:
+            raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
+        finally:
             if partial is not None:
                 partial.unlink(missing_ok=True)
-            raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
         return recorder
 
     @classmethod

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from .checks import floats, integer, number
 from .errors import InputError, StepError
 from .kernels import assembly, rotation
 from .linear import SingularMatrix
@@ -47,6 +48,11 @@ class StaticSettings:
     max_divisions: int = 12
 
     def __post_init__(self):
+        object.__setattr__(self, "tolerance", number("tolerance", self.tolerance))
+        for name in ("max_iterations", "fast_iterations", "max_divisions"):
+            integer(name, getattr(self, name))
+        if not 0 <= self.max_divisions <= 40:
+            raise InputError(f"max_divisions must lie in [0, 40], is {self.max_divisions}")
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
         if self.max_iterations < 2:
@@ -119,8 +125,8 @@ def load_control(model, factors, settings=StaticSettings(), progress=None):
         InputError: factors do not ascend, or a mechanism is left free.
         StepError: no convergence even with the smallest step; at a limit point use arc length.
     """
-    factors = np.asarray(factors, dtype=float)
-    if factors.ndim != 1 or not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
+    factors = floats("load factors", factors, (None,)) if np.size(factors) else np.zeros(0)
+    if not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
         raise InputError("load factors must be a list of numbers that ascend from above zero")
     clock = time.perf_counter()
     path, rows = _Path(model, settings), []
@@ -166,7 +172,8 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
         InputError: a load depends on time or follows the shell, or a displacement is prescribed.
         StepError: no convergence even with the smallest length, or ``until`` not met in time.
     """
-    if not np.isfinite(length) or length <= 0.0:
+    length = number("arc length", length, "m")
+    if length <= 0.0:
         raise InputError(f"arc length must be positive [m], is {length:g}")
     if any(load.history != CONSTANT for load in model.loads):
         raise InputError("arc length needs loads without a history of their own")

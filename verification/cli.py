@@ -7,6 +7,9 @@ import time
 
 import click
 
+from solver import ResultFileError
+from solver.recorder import writable_path
+
 from .case import OK
 from .registry import find, make_report
 
@@ -16,9 +19,10 @@ from .registry import find, make_report
 @click.option("--quick", is_flag=True, help="Leave out the slow cases, as the tests do.")
 @click.option("--list", "list_only", is_flag=True, help="Show the cases and what they claim.")
 @click.option("--output", type=click.Path(dir_okay=False), default="verification.json",
-              show_default=True, help="File of the verdicts (JSON), replaced.")
+              show_default=True, help="File of the verdicts (JSON).")
+@click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts instead of a table.")
-def verify(names, quick, list_only, output, as_json):
+def verify(names, quick, list_only, output, overwrite, as_json):
     """Run verification cases: all, or those with the NAMES of cases or suites.
 
     Exit status 1 if a row deviates without an explanation.
@@ -36,6 +40,9 @@ def verify(names, quick, list_only, output, as_json):
             slow = " (slow)" if case.slow else ""
             click.echo(f"{case.suite:<10} {case.name:<28} {case.claim}{slow}; {case.source}")
         return
+    output = writable_path(output, overwrite)
+    if not output.parent.is_dir():
+        raise ResultFileError(f"{output} cannot be created: no folder {output.parent}")
     results, failed = [], 0
     from tqdm import tqdm
     with tqdm(cases, unit="case", disable=None, file=sys.stderr, leave=False) as bar:
