@@ -6,6 +6,7 @@ itself (:mod:`solver.system`) is the same for all of them.
 
 from dataclasses import dataclass
 
+from .checks import choice
 from .errors import InputError
 
 SCHEMES = ("quasi", "newmark")
@@ -61,16 +62,13 @@ def make_scheme(name="quasi", rho_inf=1.0, transformation="midpoint"):
     Raises:
         InputError: unknown name or transformation, rho_inf outside [0, 1].
     """
-    if transformation not in TRANSFORMATIONS:
-        raise InputError(f"transformation '{transformation}' is unknown, must be one of: "
-                         f"{', '.join(TRANSFORMATIONS)}")
+    choice("scheme", name, SCHEMES)
+    choice("transformation", transformation, TRANSFORMATIONS)
     if name == "newmark":
         if rho_inf != 1.0 or transformation != "midpoint":
             raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
                              "none")
         return Scheme(name, 0.0, 0.0, 0.5, 0.25)
-    if name != "quasi":
-        raise InputError(f"scheme '{name}' is unknown, must be one of: {', '.join(SCHEMES)}")
     if not 0.0 <= rho_inf <= 1.0:
         raise InputError(f"rho_inf must lie in [0, 1], is {rho_inf:g}")
     alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)

@@ -16,7 +16,7 @@ from .linear import SOLVERS
 from .loads import NodalLoad, TimeFunction
 from .model import Model
 from .recorder import HISTORY, Recorder, writable_path
-from .scheme import SCHEMES, TRANSFORMATIONS, make_scheme
+from .scheme import make_scheme
 from .system import NewtonRule, Seconds, StepRecord, System
 
 DEFAULT_FRAMES = 200
@@ -70,9 +70,7 @@ class Settings:
             raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
                              f"the nearest ones are {below * self.dt:g} and "
                              f"{(below + 1) * self.dt:g} s")
-        for name, choices in (("scheme", SCHEMES), ("transformation", TRANSFORMATIONS),
-                              ("solver", SOLVERS)):
-            choice(name, getattr(self, name), choices)
+        choice("solver", self.solver, SOLVERS)
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)

@@ -255,7 +255,7 @@ class _Path:
             try:
                 correction = self._solve(factor)
             except SingularMatrix as error:
-                return k, self._fail(backup, str(error))
+                return self._give_up(backup, k, str(error))
             tangent = system.solver.solve(self._free(unit_load))
             if k == 1:
                 # predictor along the tangent, onwards
@@ -270,25 +270,27 @@ class _Path:
                 change = _onto_arc(moved, correction[displacements], tangent[displacements],
                                    length)
                 if change is None or not np.isfinite(work):
-                    return k, self._fail(backup, "the arc is not met")
+                    return self._give_up(backup, k, "the arc is not met")
                 correction = correction + change * tangent
                 moved += correction[displacements]
             factor += change
             self._move(correction)
             if k > 1 and work <= max(self.settings.tolerance * first, system.roundoff_work(0.0)):
                 return k, (factor, moved)
-        return k, self._fail(backup, f"{k} iterations reached a work ratio of {work / first:.2g}")
+        return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
+                                        f"{work / first:.2g}")
 
     def solve_increment(self, pushed, factor):
         """First correction of a step with prescribed displacements: the free dofs follow linearly.
 
         The forces of the push are taken from a small one, a millionth of the shell's size.
         """
-        residual = self._assemble(factor).copy()
+        self._assemble(factor)
+        residual = self.system.residual[0].copy()
         if np.any(pushed):
             fraction = 1e-6 * self.system.model.size / np.abs(pushed).max()
             forces = self.system.residual[1].copy()
-            self.system._assemble(self.state, STATIC, False, fraction * pushed,
+            self.system.assemble(self.state, STATIC, False, fraction * pushed,
                                   self._loads(factor), tangent=False)
             residual += self._free(self.system.residual[1] - forces) / fraction
         self._factor()
@@ -297,8 +299,7 @@ class _Path:
     def row(self, factor, iterations, steps):
         """One row of a :class:`StaticResult`."""
         system, state = self.system, self.state
-        instant = system.observe(state)
-        self._assemble(factor, tangent=False)
+        instant = self._assemble(factor, tangent=False)
         reactions = -system.residual[1] + system.residual[0]
         start = system.numbering.start
         return (factor, state.x - system.model.nodes + state.x_low, system.p.copy(),
@@ -313,20 +314,20 @@ class _Path:
         return self.system.static_loads(factor)
 
     def _assemble(self, factor, tangent=True):
-        self.system.observe(self.state)
-        self.system._assemble(self.state, STATIC, False, self._zero, self._loads(factor), tangent)
-        return self.system.residual[0]
+        instant = self.system.observe(self.state)
+        self.system.assemble(self.state, STATIC, False, self._zero, self._loads(factor), tangent)
+        return instant
 
     def _factor(self):
         try:
-            self.indefinite += bool(self.system._factor())
+            self.indefinite += bool(self.system.factorize())
         except SingularMatrix as error:
             raise InputError(f"the shell is a mechanism: {error}") from None
 
     def _solve(self, factor):
-        residual = self._assemble(factor)
-        self.indefinite += bool(self.system._factor())
-        return self.system.solver.solve(residual)
+        self._assemble(factor)
+        self.indefinite += bool(self.system.factorize())
+        return self.system.solver.solve(self.system.residual[0])
 
     def _free(self, vector):
         return np.where(self.system.fixed, 0.0, vector)
@@ -336,7 +337,6 @@ class _Path:
         linear part is the stress of the next tangent."""
         system, state = self.system, self.state
         start = system.numbering.start
-        system.observe(state)
         turn = rotation.largest_turn(start, correction, state.chart, system.p)
         if turn > LARGEST_TURN:
             correction = LARGEST_TURN / turn * correction
@@ -347,19 +347,12 @@ class _Path:
         assembly.move_nodes(start, correction, state.x, state.x_low)
 
     def _give_up(self, backup, iterations, why):
-        self._restore(backup)
+        for name, array in zip(State.ARRAYS, backup):
+            getattr(self.state, name)[...] = array
         return iterations, why
-
-    def _fail(self, backup, why):
-        self._restore(backup)
-        return why
 
     def _copy(self):
         return [getattr(self.state, name).copy() for name in State.ARRAYS]
-
-    def _restore(self, backup):
-        for name, array in zip(State.ARRAYS, backup):
-            getattr(self.state, name)[...] = array
 
 
 def _check_held(model):

@@ -154,7 +154,7 @@ class System:
         self.observe(state)
         # M Ü = F_ext - F_m - F_int: unit mass factor, no stiffness, velocities as they are
         mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
-        self._assemble(state, mass_only, False, np.zeros(n_dof), self.loads_at(0.0))
+        self.assemble(state, mass_only, False, np.zeros(n_dof), self.loads_at(0.0))
         if np.any(self.residual[0]):
             self.solver.factor()
             state.acceleration[:] = self.solver.solve(self.residual[0])
@@ -202,12 +202,10 @@ class System:
         Raises:
             StepError: the step did not converge although halved ``MAX_HALVINGS`` times.
         """
-        delta, failure = self._newton(state, scheme, rule, start, dt, record)
+        loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
+        delta, failure = self._newton(state, scheme, rule, dt, loads, record)
         if delta is not None:
-            instant = self._accept(state, scheme, start, dt, delta, record)
-            if instant is not None:
-                return instant
-            failure = "a normal left its chart"
+            return self._accept(state, scheme, start, dt, delta, loads, record)
         if depth == MAX_HALVINGS:
             raise StepError(f"no convergence at t = {start:.9g} s with dt = {dt:.3g} s: {failure}")
         record.halvings += 1
@@ -223,11 +221,10 @@ class System:
         """
         return ROUNDOFF**2 * (self._stretch_energy + instant_energy)
 
-    def _newton(self, state, scheme, rule, start, dt, record):
+    def _newton(self, state, scheme, rule, dt, loads, record):
         """Iterate Eqs. (62)-(67); returns (increment, None) or (None, reason)."""
         step = scheme.midpoint(dt)
         averaged = scheme.transformation == "average"
-        loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
         delta = dt * state.velocity
         correction = delta
         speed = state.velocity[self._translations]
@@ -235,14 +232,14 @@ class System:
         first_work = 0.0
         for k in range(1, rule.max_iterations + 1):
             for _ in range(MAX_DAMPINGS + 1):
-                if self._assemble(state, step, averaged, delta, loads) == 0:
+                if self.assemble(state, step, averaged, delta, loads) == 0:
                     break
                 correction = 0.5 * correction
                 delta = delta - correction
             else:
                 return None, "a normal left the chart of its rotational variables"
             try:
-                negative = self._factor()
+                negative = self.factorize()
                 if negative is None:
                     record.indefinite = NOT_TOLD
                 elif negative:
@@ -260,22 +257,25 @@ class System:
             first_work = work if k == 1 else first_work
             record.residual = work / first_work if first_work > 0.0 else 0.0
             if k >= rule.min_iterations and (work <= rule.tolerance * first_work or work <= floor):
-                return delta, None
+                if self._inside(state, step, delta):
+                    return delta, None
+                return None, "a normal left its chart"
         return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
                       f"instead of {rule.tolerance:.2g}")
 
-    def _accept(self, state, scheme, start, dt, delta, record):
+    def _inside(self, state, step, delta):
+        """Whether every normal is still in its chart after the last correction."""
+        return rotation.advance_nodes(self._numbering, _motion(state), step, delta,
+                                      self._scratch) == 0
+
+    def _accept(self, state, scheme, start, dt, delta, loads, record):
         """End of a converged step: new state, energies, switches."""
-        backup = State(*(getattr(state, name).copy() for name in State.ARRAYS))
         assembly.accept(self._numbering, scheme.end(dt), delta, state.x, state.x_low,
                         state.variables, state.velocity, state.acceleration)
-        if rotation.place_directors(state.variables, state.chart, self.p) >= 0:
-            for name in State.ARRAYS:
-                getattr(state, name)[:] = getattr(backup, name)
-            return None
+        rotation.place_directors(state.variables, state.chart, self.p)
         applied = self.loads_at(start + 0.5 * dt)[0]
         if not self.all_dead:
-            applied += self.residual[2] - self.loads_at(start + (1.0 - scheme.alpha_f) * dt)[0]
+            applied += self.residual[2] - loads[0]
         state.external_work += float(applied @ delta)
         record.switches += self.switch(state)
         return self.observe(state)
@@ -284,25 +284,29 @@ class System:
         """Switch the rotational variables that need it, for normals already placed; how many."""
         return rotation.switch_charts(
             self.numbering.start, self.fixed_component, state.variables, state.chart,
-            state.velocity, state.acceleration, self.p,
-            self._start[0])
+            state.velocity, state.acceleration, self.p, self._start[0])
 
-    def _assemble(self, state, step, averaged, delta, loads, tangent=True):
+    def assemble(self, state, step, averaged, delta, loads, tangent=True):
+        """Residual and matrix of one iterate, see ``assembly.step_system``; its status."""
         clock = time.perf_counter()
-        motion = (state.x, state.x_low, state.variables, state.chart, state.velocity,
-                  state.acceleration)
         status = assembly.step_system(
-            self.elements, self._numbering, motion, self._start, step, averaged, delta, loads,
-            self.solver.storage, tangent, (self.mixed, *self.predicted), self.solver.values,
+            self.elements, self._numbering, _motion(state), self._start, step, averaged, delta,
+            loads, self.solver.storage, tangent, (self.mixed, *self.predicted), self.solver.values,
             self.residual, self._scratch)
         self.seconds.assembly += time.perf_counter() - clock
         return status
 
-    def _factor(self):
+    def factorize(self):
+        """Factorize the assembled matrix; how many pivots are negative, if the solver tells."""
         clock = time.perf_counter()
         negative = self.solver.factor()
         self.seconds.factorization += time.perf_counter() - clock
         return negative
+
+
+def _motion(state):
+    """The arrays of a state, as the kernels take them."""
+    return (state.x, state.x_low, state.variables, state.chart, state.velocity, state.acceleration)
 
 
 def scratch(n_nodes):

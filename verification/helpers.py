@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from solver.linear import SuperLU
+from solver.statics import STATIC
 from solver.system import System
 
 COMMAND = Path(sys.executable).with_name("corovec")
-
-STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Step factors of static equilibrium at the end of the increment."""
 
 SOLVERS = ("skyline", "dense", "auto", "superlu")
 
@@ -55,7 +53,7 @@ def no_loads(system):
 
 def static_system(system, state, delta, tangent=True):
     """(residual, K) of f(x + delta) without loads or inertia."""
-    status = system._assemble(state, STATIC, False, delta, no_loads(system), tangent)
+    status = system.assemble(state, STATIC, False, delta, no_loads(system), tangent)
     assert status == 0
     return system.residual[0].copy()
 

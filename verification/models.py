@@ -1,9 +1,11 @@
 """Models shared by the suites."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Model, NodalLoad, TimeFunction
+from solver import Model, NodalLoad, TimeFunction, rigid_velocity
 from solver.mesh import block, join, node_at
 
 MATERIAL = {"thickness": 0.1, "youngs": 1e6, "poisson": 0.3, "density": 1.0}
@@ -16,6 +18,12 @@ def rectangle(length, width, divisions, **options):
     nodes, quads = block([(0.0, 0.0, 0.0), (length, 0.0, 0.0), (length, width, 0.0),
                           (0.0, width, 0.0)], divisions)
     return Model(nodes, quads, **{**MATERIAL, **options})
+
+
+def spinning(model, omega, velocity=(0.0, 0.0, 0.0), about=(0.0, 0.0, 0.0)):
+    """``model`` with the initial velocities of a rigid motion."""
+    v, w = rigid_velocity(model, velocity, omega, about)
+    return replace(model, velocity=v, normal_velocity=w)
 
 
 def cross_code_plate(refinement, **options):

@@ -81,7 +81,7 @@ def test_real_tangents(kind, shell):
     state, n = system.initial_state(), system.numbering.n_dof
     delta = rng.uniform(-1e-3, 1e-3, n)
     step = make_scheme().midpoint(1e-2)
-    assert system._assemble(state, step, False, delta, no_loads(system)) == 0
+    assert system.assemble(state, step, False, delta, no_loads(system)) == 0
     A, b = full_matrix(system), rng.normal(size=n)
     negative = system.solver.factor()
     x = system.solver.solve(b)
@@ -100,7 +100,7 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     system = make_system(model)
     system.solver = solver
     n = numbering.n_dof
-    system._assemble(system.initial_state(), make_scheme().midpoint(1e-2), False, np.zeros(n),
+    system.assemble(system.initial_state(), make_scheme().midpoint(1e-2), False, np.zeros(n),
                      no_loads(system))
     solver.values[solver.storage[2][7]] -= 1e6
     A, b = full_matrix(system), rng.normal(size=n)

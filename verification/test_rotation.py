@@ -5,11 +5,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from solver import Model, Settings, rigid_velocity, simulate
+from solver import Model, Settings, simulate
 from solver.kernels import rotation
 from solver.system import System
 from verification.jets import Jet, norm
-from verification.models import rectangle
+from verification.models import rectangle, spinning
 
 NO_CHART = np.zeros(4, dtype=np.int64)
 
@@ -151,9 +151,8 @@ def test_switching_a_moving_shell_changes_nothing(seed):
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     base = Model(plate.nodes @ turn.T, plate.quads, 0.1, 1e3, 0.3, 1.0)
-    velocity, normal_velocity = rigid_velocity(base, rng.normal(size=3), rng.normal(size=3))
-    model = Model(base.nodes, base.quads, 0.1, 1e3, 0.3, 1.0, velocity=velocity,
-                  normal_velocity=normal_velocity)
+    velocity, omega = rng.normal(size=3), rng.normal(size=3)
+    model = spinning(base, omega, velocity)
     system = System(model)
     state = system.initial_state()
     before, p = system.observe(state), system.p.copy()
@@ -166,7 +165,7 @@ def test_switching_a_moving_shell_changes_nothing(seed):
         first = system.numbering.start[i] + 3
         state.chart[i] = chart
         state.variables[i, :2] = q[chart[:2]]
-        state.velocity[first:first + 2] = normal_velocity[i, chart[:2]]
+        state.velocity[first:first + 2] = model.normal_velocity[i, chart[:2]]
     middle = system.observe(state)
     rotation.switch_charts(system.numbering.start, np.full(len(p), -1), state.variables,
                            state.chart, state.velocity, state.acceleration, system.p,
@@ -182,12 +181,8 @@ def test_switching_a_moving_shell_changes_nothing(seed):
 
 def test_every_component_becomes_the_largest():
     """A plate spinning about a skew axis takes each component as the dependent one in turn."""
-    plate = rectangle(1.0, 1.0, (1, 1))
-    velocity, normal_velocity = rigid_velocity(plate, (0, 0, 0), (3.0, 4.0, 0.5),
-                                               about=(0.5, 0.5, 0.0))
-    model = Model(plate.nodes, plate.quads, 0.1, 1e4, 0.3, 1.0, velocity=velocity,
-                  normal_velocity=normal_velocity)
-    system = System(model)
+    plate = rectangle(1.0, 1.0, (1, 1), youngs=1e4)
+    system = System(spinning(plate, (3.0, 4.0, 0.5), about=(0.5, 0.5, 0.0)))
     state, seen = system.initial_state(), set()
     from solver.scheme import make_scheme
     from solver.system import NewtonRule, StepRecord
@@ -203,10 +198,7 @@ def test_every_component_becomes_the_largest():
 def test_a_step_that_leaves_the_chart_is_halved():
     """A rotation of 2 rad a step cannot be made in one chart: the record says it was divided."""
     plate = rectangle(1.0, 1.0, (1, 1))
-    velocity, normal_velocity = rigid_velocity(plate, (0, 0, 0), (20.0, 0.0, 0.0),
-                                               about=(0.5, 0.5, 0.0))
-    model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0, velocity=velocity,
-                  normal_velocity=normal_velocity)
+    model = spinning(plate, (20.0, 0.0, 0.0), about=(0.5, 0.5, 0.0))
     result = simulate(model, Settings(dt=0.1, end_time=1.0))
     assert result.history["halvings"].sum() > 0
     assert np.all(np.isfinite(result.total_energy))

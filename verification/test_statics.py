@@ -22,7 +22,8 @@ from solver import (
     solve_linear,
     surface_load,
 )
-from verification.helpers import STATIC, full_matrix, make_system
+from solver.statics import STATIC
+from verification.helpers import full_matrix, make_system
 from verification.models import rectangle, warped_patch
 
 CLAMPED = ("x", "y", "z", "px", "py", "pz")
@@ -88,7 +89,7 @@ def test_moment_load_stiffness_is_exact_where_the_moment_is_tangential():
         state, n = system.initial_state(), system.numbering.n_dof
 
         def residual(delta, system=system, state=state):
-            assert system._assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
+            assert system.assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
             return system.residual[0].copy()
 
         residual(np.zeros(n))
@@ -106,7 +107,7 @@ def test_pressure_and_its_stiffness():
     system = make_system(Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
                                loads=[Pressure(7.0)]))
     state, n = system.initial_state(), system.numbering.n_dof
-    system._assemble(state, STATIC, False, np.zeros(n), system.loads_at(1.0))
+    system.assemble(state, STATIC, False, np.zeros(n), system.loads_at(1.0))
     start = system.numbering.start
     force = system.residual[2][start[:, None] + np.arange(3)].sum(axis=0)
     assert np.allclose(force, (0.0, 0.0, 42.0), atol=1e-12)
@@ -117,7 +118,7 @@ def test_pressure_and_its_stiffness():
     state, n = system.initial_state(), system.numbering.n_dof
 
     def residual(delta):
-        assert system._assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
+        assert system.assemble(state, STATIC, False, delta, system.loads_at(1.0)) == 0
         return system.residual[0].copy()
 
     residual(np.zeros(n))

@@ -5,12 +5,12 @@ import pytest
 from scipy.sparse import csr_array, triu
 from scipy.spatial.transform import Rotation
 
-from solver import Model, rigid_velocity
+from solver import Model
 from solver.kernels import assembly, rotation
 from solver.scheme import make_scheme
 from solver.system import System
 from verification.helpers import SOLVERS, full_matrix, make_system, no_loads, static_system
-from verification.models import rectangle, warped_patch
+from verification.models import rectangle, spinning, warped_patch
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -63,7 +63,7 @@ def test_step_tangent_is_a_quasi_newton_matrix():
     gaps = []
     for size in (1e-4, 1e-2):
         delta = size * direction
-        system._assemble(state, step, False, delta, no_loads(system))
+        system.assemble(state, step, False, delta, no_loads(system))
         K = full_matrix(system)
         J = np.empty((n, n))
         for k in range(n):
@@ -71,7 +71,7 @@ def test_step_tangent_is_a_quasi_newton_matrix():
             for sign in (1.0, -1.0):
                 shifted = delta.copy()
                 shifted[k] += sign * 1e-6
-                system._assemble(state, step, False, shifted, no_loads(system), False)
+                system.assemble(state, step, False, shifted, no_loads(system), False)
                 ends.append(system.residual[0].copy())
             J[:, k] = (ends[1] - ends[0]) / 2e-6
         gaps.append(np.abs(J - K).max() / np.abs(K).max())
@@ -94,9 +94,7 @@ def test_mass_and_momenta_of_a_rigid_plate(divisions):
     v, omega = np.array([0.3, -1.1, 0.7]), np.array([0.9, -0.4, 1.3])
     centre = np.array([length / 2, width / 2, 0.0])
     plate = rectangle(length, width, divisions, thickness=h, density=rho)
-    velocity, normal_velocity = rigid_velocity(plate, v, omega, about=centre)
-    model = Model(plate.nodes, plate.quads, h, 1e6, 0.3, rho, velocity=velocity,
-                  normal_velocity=normal_velocity)
+    model = spinning(plate, omega, v, about=centre)
     system = System(model)
     instant = system.observe(system.initial_state())
     mass = rho * h * length * width
@@ -126,7 +124,7 @@ def test_mass_matrix_is_the_metric_of_kinetic_energy():
     state = system.initial_state()
     kinetic = system.observe(state).kinetic
     mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    system._assemble(state, mass_only, False, np.zeros(system.numbering.n_dof),
+    system.assemble(state, mass_only, False, np.zeros(system.numbering.n_dof),
                      no_loads(system))
     M = full_matrix(system)
     assert np.isclose(0.5 * state.velocity @ M @ state.velocity, kinetic, rtol=1e-13)
@@ -141,15 +139,13 @@ def test_initial_acceleration_includes_the_convective_term():
     plate, omega = rectangle(3.0, 2.0, (3, 2)), np.array([5.0, 8.0, -3.0])
     turn = Rotation.random(rng=rng).as_matrix()
     base = Model(plate.nodes @ turn.T, plate.quads, 0.1, 1.0, 0.3, 1.0)
-    velocity, normal_velocity = rigid_velocity(base, (0, 0, 0), omega)
-    model = Model(base.nodes, base.quads, 0.1, 1.0, 0.3, 1.0, velocity=velocity,
-                  normal_velocity=normal_velocity)
+    model = spinning(base, omega)
     system = System(model)
     state = system.initial_state()
     start = system.numbering.start
     assert np.abs(state.acceleration[start[:, None] + np.arange(3)]).max() < 1e-8
     for i, chart in enumerate(state.chart):
-        p, p_dot = model.normals[i], normal_velocity[i]
+        p, p_dot = model.normals[i], model.normal_velocity[i]
         A1 = np.zeros((3, 3))
         rotation.first_derivatives(p, chart, A1)
         p_ddot = A1[:, :2] @ state.acceleration[start[i] + 3:start[i] + 5]

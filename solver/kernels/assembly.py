@@ -24,6 +24,14 @@ def _gather(x, x_low, nodes, y):
 
 
 @njit(cache=True)
+def _gather_normals(p, directors, q):
+    """Normals (or their rates) of the four vertices."""
+    for i in range(4):
+        for c in range(3):
+            q[i, c] = p[directors[i], c]
+
+
+@njit(cache=True)
 def _scatter(storage, numbering, nodes, e, ke, values):
     """Add the lower triangle of ``ke`` to the solver's storage, skipping fixed dofs."""
     base, offset, _, stride = storage
@@ -136,9 +144,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         for k in range(3):
             for c in range(3):
                 y[k, c] = y_0[k, c] + (dx[nodes[k + 1], c] - dx[nodes[0], c])
-        for i in range(4):
-            for c in range(3):
-                p[i, c] = p_end[directors[i], c]
+        _gather_normals(p_end, directors, p)
         lengths_end = element.frame(y, R)
         element.local_variables(R, y, p, elements.y0[el], elements.r0[el], t, b)
         element.membrane_strains(l_s, Q, t, e)
@@ -158,7 +164,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
                 for c in range(3):
                     force_x[nodes[i], c] += weight * f_x[i, c]
                     ends_p[0, directors[i], c] += weight * f_p[i, c]
-                    p[i, c] = p_start[directors[i], c]
+            _gather_normals(p_start, directors, p)
             lengths_start = element.frame(y_0, R)
             element.rotated_positions(R, y_0, p, yl, r)
             element.global_forces(R, *lengths_start, yl, r, f, g, f_x, f_p)
@@ -171,9 +177,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         for k in range(3):
             for c in range(3):
                 y[k, c] = y_0[k, c] + weight * (dx[nodes[k + 1], c] - dx[nodes[0], c])
-        for i in range(4):
-            for c in range(3):
-                p[i, c] = p_mid[directors[i], c]
+        _gather_normals(p_mid, directors, p)
         a_13, b_13, L13, L24 = element.frame(y, R)
         element.rotated_positions(R, y, p, yl, r)
         element.global_forces(R, a_13, b_13, L13, L24, yl, r, f, g, f_x, f_p)
@@ -298,9 +302,7 @@ def predict_strains(elements, start, x, x_low, p, chart, state, correction, e_ne
     for el in range(elements.nodes.shape[0]):
         nodes, directors = elements.nodes[el], elements.directors[el]
         _gather(x, x_low, nodes, y)
-        for i in range(4):
-            for c in range(3):
-                q[i, c] = p[directors[i], c]
+        _gather_normals(p, directors, q)
         a, b, L1, L2 = element.frame(y, R)
         element.rotated_positions(R, y, q, yl, r)
         for k in range(3):
@@ -384,10 +386,10 @@ def observe(elements, nodal_mass, x, x_low, p, v, p_dot, start_state, element_en
     for el in range(elements.nodes.shape[0]):
         nodes, directors = elements.nodes[el], elements.directors[el]
         _gather(x, x_low, nodes, y)
+        _gather_normals(p, directors, q)
+        _gather_normals(p_dot, directors, vp)
         for i in range(4):
             for c in range(3):
-                q[i, c] = p[directors[i], c]
-                vp[i, c] = p_dot[directors[i], c]
                 vx[i, c] = v[nodes[i], c]
                 X[i, c] = x[nodes[i], c] + x_low[nodes[i], c]
         element.frame(y, R)

@@ -6,9 +6,10 @@ from scipy.linalg import eigh
 
 from solver import Model, Settings, make_scheme, rigid_velocity, simulate
 from solver.cases import load_case
+from solver.statics import STATIC
 from verification.case import Case, Row, at_least, small
-from verification.helpers import STATIC, full_matrix, make_system, no_loads
-from verification.models import cross_code_plate, rectangle
+from verification.helpers import full_matrix, make_system, no_loads
+from verification.models import cross_code_plate, rectangle, spinning
 
 MASS_ONLY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -63,9 +64,9 @@ def frequencies(n, clamped, thickness=0.01):
     plate = rectangle(1.0, 1.0, (n, n), thickness=thickness, youngs=1.0)
     system = make_system(plate)
     state, size = system.initial_state(), system.numbering.n_dof
-    system._assemble(state, STATIC, False, np.zeros(size), no_loads(system))
+    system.assemble(state, STATIC, False, np.zeros(size), no_loads(system))
     K = full_matrix(system)
-    system._assemble(state, MASS_ONLY, False, np.zeros(size), no_loads(system))
+    system.assemble(state, MASS_ONLY, False, np.zeros(size), no_loads(system))
     M, start = full_matrix(system), system.numbering.start
     x, y = plate.nodes[:, 0], plate.nodes[:, 1]
     rim = (x == 0) | (x == x.max()) | (y == 0) | (y == y.max())
@@ -93,9 +94,7 @@ def run_euler():
     omega = np.array([0.02, 2.0, 0.02])
     plate = rectangle(a, b, (2, 1), thickness=h, youngs=1e7)
     centre = np.array([a / 2, b / 2, 0.0])
-    velocity, normal_velocity = rigid_velocity(plate, (0, 0, 0), omega, about=centre)
-    model = Model(plate.nodes, plate.quads, h, 1e7, 0.3, 1.0, velocity=velocity,
-                  normal_velocity=normal_velocity)
+    model = spinning(plate, omega, about=centre)
     mass = a * b * h
     rotary = mass * h * h / 12.0
     inertia = np.array([mass * b * b / 12 + rotary, mass * a * a / 12 + rotary,

@@ -3,9 +3,10 @@
 import numpy as np
 
 from solver import Model, NodalLoad, Support, solve_linear
+from solver.statics import STATIC
 from verification.case import Case, Row, small
 from verification.geometry import surface
-from verification.helpers import STATIC, full_matrix, make_system, no_loads
+from verification.helpers import full_matrix, make_system, no_loads
 from verification.suites.linear import CLAMPED
 
 SHAPES = {
@@ -26,7 +27,7 @@ def element_eigenvalues(corners, thickness=0.1):
     model = Model(nodes, np.array([(0, 1, 2, 3)]), thickness, 1e6, 0.3, 1.0)
     system = make_system(model)
     n = system.numbering.n_dof
-    system._assemble(system.initial_state(), STATIC, False, np.zeros(n), no_loads(system))
+    system.assemble(system.initial_state(), STATIC, False, np.zeros(n), no_loads(system))
     return np.linalg.eigvalsh(full_matrix(system))
 
 

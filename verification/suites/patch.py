@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from solver import Model, Support, load_control
+from solver.statics import STATIC
 from verification.case import Case, Row, small
-from verification.helpers import STATIC, full_matrix, make_system, no_loads
+from verification.helpers import full_matrix, make_system, no_loads
 
 NODES = np.array([(0, 0, 0), (0.24, 0, 0), (0.24, 0.12, 0), (0, 0.12, 0), (0.04, 0.02, 0),
                   (0.18, 0.03, 0), (0.16, 0.08, 0), (0.08, 0.08, 0)], dtype=float)
@@ -53,7 +54,7 @@ def patch_error(kind, values, placement, thickness=1e-3, **options):
         moved.x, moved.variables, moved.chart = there.x, there.variables, there.chart
     system.observe(moved)
     n, start = system.numbering.n_dof, system.numbering.start
-    system._assemble(moved, STATIC, False, np.zeros(n), no_loads(system))
+    system.assemble(moved, STATIC, False, np.zeros(n), no_loads(system))
     K = full_matrix(system)
     u, r = (field @ turn.T for field in state(kind, values))
     exact = np.zeros(n)
