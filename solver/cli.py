@@ -89,6 +89,8 @@ def _fail(message, status):
               help="Spectral radius at infinity, 0 to 1; 1 conserves.")
 @click.option("--transformation", default="midpoint", show_default=True,
               help="T at the generalized midpoint, or the average of both ends.")
+@click.option("--axes", default="nodal", show_default=True,
+              help="Axes of the rotational variables: nodal (following), or global (the paper's).")
 @click.option("--solver", default="auto", show_default=True, help="auto, skyline or dense.")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
@@ -98,8 +100,8 @@ def _fail(message, status):
 @click.option("--overwrite", is_flag=True, help="Replace the result file if it exists.")
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
-def run(case, elements, dt, end_time, scheme, rho_inf, transformation, solver, membrane, output,
-        frame_every, overwrite, resume, as_json):
+def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, solver, membrane,
+        output, frame_every, overwrite, resume, as_json):
     """Simulate a benchmark CASE; options that are left out take the case's defaults.
 
     \b
@@ -122,8 +124,8 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, solver, m
     settings = Settings(
         dt=definition.defaults.dt if dt is None else dt,
         end_time=definition.defaults.end_time if end_time is None else end_time,
-        scheme=scheme, rho_inf=rho_inf, transformation=transformation, solver=solver,
-        frame_every=frame_every)
+        scheme=scheme, rho_inf=rho_inf, transformation=transformation, axes=axes,
+        solver=solver, frame_every=frame_every)
     elements = definition.defaults.elements if elements is None else elements
     model = definition.model(elements, membrane=membrane)
     if not as_json:
@@ -142,8 +144,8 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, solver, m
     summary = _summary(result.history, model.unloaded_at, result.supported)
     summary = {"case": case, "elements": elements, "nodes": len(model.nodes),
                "dt": settings.dt, "end_time": settings.end_time, "scheme": scheme,
-               "rho_inf": rho_inf, "transformation": transformation, "membrane": membrane,
-               "solver": result.solver, **summary, "output": output,
+               "rho_inf": rho_inf, "transformation": transformation, "axes": axes,
+               "membrane": membrane, "solver": result.solver, **summary, "output": output,
                "seconds": {"assembly": result.seconds.assembly,
                            "factorization": result.seconds.factorization,
                            "solve": result.seconds.solve, "rest": result.seconds.rest,

@@ -30,7 +30,7 @@ import numpy as np
 from .errors import ResultFileError
 from .system import State
 
-FORMAT = "corovec-run-1"
+FORMAT = "corovec-run-2"
 
 METADATA = 200_000
 """Bytes that the headers of a file take at most (measured: 36 kB)."""
@@ -280,21 +280,20 @@ def _claim(path, size):
 
 
 def _pack(state):
-    """All numbers of a state as one float64 vector (the integers of the charts are exact in it)."""
+    """All numbers of a state as one float64 vector."""
     arrays = [np.asarray(getattr(state, name), dtype=float).ravel() for name in State.ARRAYS]
     return np.concatenate([*arrays, [state.external_work]])
 
 
 def _unpack(packed, n_nodes):
     """The state of :func:`_pack`."""
-    n_dof = (len(packed) - 1 - 13 * n_nodes) // 2
-    shapes = ((n_nodes, 3), (n_nodes, 3), (n_nodes, 3), (n_nodes, 4), (n_dof,), (n_dof,))
+    n_dof = (len(packed) - 1 - 18 * n_nodes) // 2
+    shapes = ((n_nodes, 3), (n_nodes, 3), (n_nodes, 3), (n_nodes, 3, 3), (n_dof,), (n_dof,))
     arrays, at = [], 0
     for shape in shapes:
         size = int(np.prod(shape))
         arrays.append(packed[at:at + size].reshape(shape).copy())
         at += size
-    arrays[3] = arrays[3].astype(np.int64)
     return State(*arrays, external_work=float(packed[at]))
 
 

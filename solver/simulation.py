@@ -17,7 +17,7 @@ from .loads import NodalLoad, TimeFunction
 from .model import Model
 from .recorder import HISTORY, Recorder, writable_path
 from .scheme import make_scheme
-from .system import NewtonRule, Seconds, StepRecord, System
+from .system import AXES, NewtonRule, Seconds, StepRecord, System
 
 DEFAULT_FRAMES = 200
 """Frames written at most, beside the first, when their interval is not given."""
@@ -36,6 +36,8 @@ class Settings:
     Attributes:
         dt: time step [s]; end_time: simulated time [s], a multiple of dt.
         scheme, rho_inf, transformation: see :func:`solver.make_scheme`.
+        axes: in which the rotational variables are components: ``global``, switched as in the
+            paper, or ``nodal``, axes that follow each node; see :mod:`solver.kernels.rotation`.
         solver: ``auto``, ``skyline`` or ``dense``.
         tolerance, min_iterations: convergence rule of Eq. (67).
         max_iterations: iterations after which a step is halved.
@@ -47,6 +49,7 @@ class Settings:
     scheme: str = "quasi"
     rho_inf: float = 1.0
     transformation: str = "midpoint"
+    axes: str = "nodal"
     solver: str = "auto"
     tolerance: float = 1e-6
     min_iterations: int = 3
@@ -71,6 +74,7 @@ class Settings:
                              f"the nearest ones are {below * self.dt:g} and "
                              f"{(below + 1) * self.dt:g} s")
         choice("solver", self.solver, SOLVERS)
+        choice("axes", self.axes, AXES)
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)
@@ -203,7 +207,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case):
-    system = System(model, settings.solver)
+    system = System(model, settings.solver, settings.axes == "nodal")
     scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
     state = system.initial_state()
     n_steps, frame_steps = settings.n_steps, settings.frame_steps

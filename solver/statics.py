@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from .checks import floats, integer, number
 from .errors import InputError, StepError
-from .kernels import assembly, rotation
+from .kernels import assembly
 from .linear import SingularMatrix
 from .loads import CONSTANT
 from .system import State, System
@@ -101,11 +101,8 @@ def solve_linear(model, solver="skyline"):
     correction = path.solve_increment(path.prescribed(1.0), 1.0)
     system, start = path.system, path.system.numbering.start
     displacement = correction[start[:, None] + np.arange(3)]
-    change = np.empty_like(displacement)
-    for i, first in enumerate(start):
-        A1 = np.zeros((3, 3))
-        rotation.first_derivatives(system.p[i], path.state.chart[i], A1)
-        change[i] = A1[:, :2] @ correction[first + 3:first + 5]
+    change = np.stack([A1[:, :2] @ correction[first + 3:first + 5]
+                       for A1, first in zip(system.A1, start)])
     return displacement, change
 
 
@@ -337,13 +334,12 @@ class _Path:
         linear part is the stress of the next tangent."""
         system, state = self.system, self.state
         start = system.numbering.start
-        turn = rotation.largest_turn(start, correction, state.chart, system.p)
+        turn = system.largest_turn(correction)
         if turn > LARGEST_TURN:
             correction = LARGEST_TURN / turn * correction
         system.predict_strains(state, correction)
         system.mixed = True
-        rotation.turn_normals(start, system.fixed_component, correction, state.variables,
-                              state.chart, system.p)
+        system.turn(state, correction)
         assembly.move_nodes(start, correction, state.x, state.x_low)
 
     def _give_up(self, backup, iterations, why):

@@ -17,6 +17,9 @@ ROUNDOFF = 4.0 * np.finfo(float).eps
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
 
+AXES = ("nodal", "global")
+"""Axes of the rotational variables: following each node, or global ones (the paper's)."""
+
 NOT_TOLD = -1
 """Number of indefinite matrices where the solver does not tell."""
 
@@ -30,7 +33,8 @@ class State:
 
     Attributes:
         x, x_low: (n_nodes, 3) positions and their rounding errors [m].
-        variables: (n_nodes, 3) rotational variables; chart: (n_nodes, 4), see kernels.
+        variables: (n_nodes, 3) rotational variables; chart: (n_nodes, 3, 3), their axes, see
+            :mod:`solver.kernels.rotation`.
         velocity, acceleration: (n_dof,) U_dot and U_ddot.
         external_work: work of the loads since t = 0 [J].
     """
@@ -106,8 +110,9 @@ class Instant:
 class System:
     """A model made ready for the kernels, with the linear solver and the scratch arrays."""
 
-    def __init__(self, model, solver="auto"):
+    def __init__(self, model, solver="auto", follow=True):
         self.model = model
+        self.follow = follow
         self.elements = model.elements
         self.numbering = number_dofs(model.quads, len(model.nodes))
         self.solver = make_solver(solver, self.numbering)
@@ -116,7 +121,9 @@ class System:
         self.fixed_component, fixed = _supports(model, self.numbering)
         self.fixed = fixed
         self._translations = self.numbering.start[:, None] + np.arange(3)
-        self._numbering = (self.numbering.start, self.numbering.n_rot, fixed, bool(fixed.any()))
+        self._nodes = (self.numbering.start, self.numbering.n_rot, np.arange(n_nodes + 1),
+                       np.zeros((n_nodes, 3)))
+        self._numbering = (self._nodes, fixed, bool(fixed.any()))
         self.nodal_mass = np.zeros(n_nodes)
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self._loads = _load_patterns(model, self.numbering)
@@ -124,14 +131,15 @@ class System:
         self.all_dead = all(isinstance(load, NodalLoad) for load in model.loads)
         self.p = model.normals.copy()
         self.p_dot = np.zeros_like(self.p)
+        self.A1 = np.zeros((len(self.p), 3, 3))
         n_s = self.elements.l.shape[1]
-        self._start = (np.zeros((n_nodes, 3)), np.zeros((n_elem, 3, 3)), np.zeros((n_elem, 11)),
+        self._start = (np.zeros_like(self.p), np.zeros((n_elem, 3, 3)), np.zeros((n_elem, 11)),
                        np.zeros((n_elem, n_s)))
         self.mixed = False
         self.predicted = (np.zeros((n_elem, n_s)), np.zeros((n_elem, 11)))
         self.element_energy = np.zeros(n_elem)
         self.residual = np.zeros((3, n_dof))
-        self._scratch = scratch(n_nodes)
+        self._scratch = scratch(n_nodes, len(self.p))
         corners = model.nodes[model.quads]
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0],
                                              corners[:, 3] - corners[:, 1]), axis=1)
@@ -139,13 +147,13 @@ class System:
 
     def initial_state(self):
         """State at t = 0: the initial configuration and velocities, Ü from Eq. (55)."""
-        model, start, n_dof = self.model, self.numbering.start, self.numbering.n_dof
+        model, n_dof = self.model, self.numbering.n_dof
         n_nodes = len(model.nodes)
         state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
-                      np.zeros((n_nodes, 4), dtype=np.int64), np.zeros(n_dof), np.zeros(n_dof))
+                      np.zeros((n_nodes, 3, 3)), np.zeros(n_dof), np.zeros(n_dof))
         state.velocity[self._translations] = model.velocity
-        rotation.start_charts(start, self.fixed_component, model.normals, model.normal_velocity,
-                              state.variables, state.chart, state.velocity)
+        rotation.start_charts(self._nodes, self.fixed_component, model.normals,
+                              model.normal_velocity, state.variables, state.chart, state.velocity)
         fixed = self.fixed
         if np.any(state.velocity[fixed]):
             k = int(np.flatnonzero(fixed & (state.velocity != 0.0))[0])
@@ -179,10 +187,8 @@ class System:
 
     def observe(self, state):
         """Energies and momenta of ``state``; makes it the start of the next step."""
-        start = self.numbering.start
-        if (lost := rotation.place_directors(state.variables, state.chart, self.p)) >= 0:
-            raise StepError(f"the normal of node {lost} has left its chart")
-        rotation.director_rates(start, state.velocity, state.chart, self.p, self.p_dot)
+        self._place(state)
+        rotation.director_rates(self._nodes, state.velocity, self.A1, self.p_dot)
         velocity = state.velocity[self._translations]
         values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
                                   velocity, self.p_dot, self._start, self.element_energy)
@@ -191,8 +197,22 @@ class System:
 
     def predict_strains(self, state, correction):
         """Strain measures for a mixed tangent after ``correction``; see the kernel."""
-        assembly.predict_strains(self.elements, self.numbering.start, state.x, state.x_low, self.p,
-                                 state.chart, self._start, correction, *self.predicted)
+        assembly.predict_strains(self.elements, self._nodes, state.x, state.x_low, self.p,
+                                 self.A1, self._start, correction, *self.predicted)
+
+    def turn(self, state, correction):
+        """Turn the normals of ``state`` along great circles, see ``rotation.turn_normals``."""
+        rotation.turn_normals(self._nodes, self.fixed_component, correction, state.variables,
+                              state.chart, self.p, self.A1)
+
+    def largest_turn(self, correction):
+        """Largest angle [rad] by which a correction turns a normal."""
+        return rotation.largest_turn(self._nodes, correction, self.A1)
+
+    def _place(self, state):
+        lost = rotation.place_directors(self._nodes, state.variables, state.chart, self.p, self.A1)
+        if lost >= 0:
+            raise StepError(f"the normal of node {lost} has left its chart")
 
     def advance(self, state, scheme, rule, start, dt, record, depth=0):
         """Move ``state`` from ``start`` to ``start + dt``; halves the step where Newton fails.
@@ -265,26 +285,25 @@ class System:
 
     def _inside(self, state, step, delta):
         """Whether every normal is still in its chart after the last correction."""
-        return rotation.advance_nodes(self._numbering, _motion(state), step, delta,
+        return rotation.advance_nodes(self._nodes, _motion(state), step, delta,
                                       self._scratch) == 0
 
     def _accept(self, state, scheme, start, dt, delta, loads, record):
         """End of a converged step: new state, energies, switches."""
         assembly.accept(self._numbering, scheme.end(dt), delta, state.x, state.x_low,
                         state.variables, state.velocity, state.acceleration)
-        rotation.place_directors(state.variables, state.chart, self.p)
         applied = self.loads_at(start + 0.5 * dt)[0]
         if not self.all_dead:
             applied += self.residual[2] - loads[0]
         state.external_work += float(applied @ delta)
-        record.switches += self.switch(state)
+        record.switches += self.switch(state, dt)
         return self.observe(state)
 
-    def switch(self, state):
-        """Switch the rotational variables that need it, for normals already placed; how many."""
+    def switch(self, state, dt):
+        """Renew the axes of the rotational variables for the next step; how many switched."""
         return rotation.switch_charts(
-            self.numbering.start, self.fixed_component, state.variables, state.chart,
-            state.velocity, state.acceleration, self.p, self._start[0])
+            self._nodes, self.fixed_component, self.follow, dt, state.variables, state.chart,
+            state.velocity, state.acceleration)
 
     def assemble(self, state, step, averaged, delta, loads, tangent=True):
         """Residual and matrix of one iterate, see ``assembly.step_system``; its status."""
@@ -309,13 +328,13 @@ def _motion(state):
     return (state.x, state.x_low, state.variables, state.chart, state.velocity, state.acceleration)
 
 
-def scratch(n_nodes):
+def scratch(n_nodes, n_directors):
     """Nodal work arrays of ``assembly.step_system``: dx, p_end, p_mid, A1, inertial accelerations
     of x and p, force on x, internal and inertial force on p, and the forces at both ends."""
-    vectors = [np.zeros((n_nodes, 3)) for _ in range(8)]
-    dx, p_end, p_mid, a_x, a_p, force_x, force_p, rate_p = vectors
-    return (dx, p_end, p_mid, np.zeros((n_nodes, 3, 3)), a_x, a_p, force_x, force_p, rate_p,
-            np.zeros((2, n_nodes, 3)))
+    dx, a_x, force_x = (np.zeros((n_nodes, 3)) for _ in range(3))
+    p_end, p_mid, a_p, force_p, rate_p = (np.zeros((n_directors, 3)) for _ in range(5))
+    return (dx, p_end, p_mid, np.zeros((n_directors, 3, 3)), a_x, a_p, force_x, force_p, rate_p,
+            np.zeros((2, n_directors, 3)))
 
 
 def _supports(model, numbering):

@@ -4,9 +4,10 @@ from solver import InputError
 from solver.simulation import machine, versions
 
 from .case import KINDS
-from .suites import dynamics, kernel, linear, nonlinear, patch
+from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations
 
-CASES = (*patch.CASES, *kernel.CASES, *linear.CASES, *nonlinear.CASES, *dynamics.CASES)
+CASES = tuple(case for suite in (patch, kernel, linear, nonlinear, rotations, dynamics, mutants)
+              for case in suite.CASES)
 
 
 def find(names=(), quick=False):

@@ -6,7 +6,9 @@ import pytest
 
 from verification.case import OK, Row
 from verification.helpers import corovec
+from verification.mutants import deviating_rows
 from verification.registry import CASES
+from verification.suites import mutants
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if not case.slow],
@@ -18,6 +20,19 @@ def test_case(case):
     wrong = [f"{row.name}: {row.value:g} against {row.reference:g}, {row.verdict}"
              for row in rows if row.verdict not in OK]
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("mutant", (*mutants.ELEMENT, *mutants.SCHEME), ids=lambda m: m.name)
+def test_mutants_fit_the_source(mutant):
+    """The text that a mutant replaces is there, and its killers exist."""
+    compile(mutant.source(), mutant.file, "exec")
+    assert mutant.killers and set(mutant.killers) <= {case.name for case in CASES}
+
+
+def test_a_mutant_is_caught():
+    """One of them here; `corovec verify mutants` runs them all."""
+    mutant = next(m for m in mutants.ELEMENT if m.killers == ("thick-beam",))
+    assert deviating_rows(mutant, "thick-beam") == 1
 
 
 def test_names_are_unique():

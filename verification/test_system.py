@@ -144,12 +144,14 @@ def test_initial_acceleration_includes_the_convective_term():
     state = system.initial_state()
     start = system.numbering.start
     assert np.abs(state.acceleration[start[:, None] + np.arange(3)]).max() < 1e-8
-    for i, chart in enumerate(state.chart):
+    for i, triad in enumerate(state.chart):
         p, p_dot = model.normals[i], model.normal_velocity[i]
         A1 = np.zeros((3, 3))
-        rotation.first_derivatives(p, chart, A1)
+        rotation.first_derivatives(p, triad, A1)
+        nn, nm, mm = rotation.second_derivatives(p, triad)
         p_ddot = A1[:, :2] @ state.acceleration[start[i] + 3:start[i] + 5]
-        p_ddot[chart[2]] += rotation.convective(p, chart, *p_dot[chart[:2]])
+        n_dot = triad[:2] @ p_dot
+        p_ddot += n_dot @ [[nn, nm], [nm, mm]] @ n_dot * triad[2]
         assert np.allclose(p_ddot, -(p_dot @ p_dot) * p, atol=1e-8)
     assert np.abs(state.acceleration).max() > 0.05
 

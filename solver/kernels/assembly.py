@@ -35,7 +35,7 @@ def _gather_normals(p, directors, q):
 def _scatter(storage, numbering, nodes, e, ke, values):
     """Add the lower triangle of ``ke`` to the solver's storage, skipping fixed dofs."""
     base, offset, _, stride = storage
-    start, n_rot, fixed, any_fixed = numbering
+    (start, n_rot, _, _), fixed, any_fixed = numbering
     for a in range(4):
         row_start, row_count = start[nodes[a]], 3 + n_rot[nodes[a]]
         for b in range(4):
@@ -86,7 +86,7 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
 
     Args:
         elements: :class:`solver.element.Elements`.
-        numbering: (start (n_nodes,), n_rot (n_nodes,), fixed (n_dof,), any fixed).
+        numbering: (nodes, fixed (n_dof,), any fixed), nodes as in :mod:`solver.kernels.rotation`.
         motion: (x, x_low, variables, chart, velocity, acceleration) at the start of the step.
         start_state: (p, t, b, e): normals, local variables and measures at the start.
         step: (alpha_f, factor of K_G, factors of delta, U_dot, U_ddot in Eq. 57b, then in Eq. 57a).
@@ -106,15 +106,15 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     Returns:
         0, or CHART_LEFT when a normal leaves the chart of its rotational variables.
     """
-    start, n_rot, fixed, any_fixed = numbering
-    x, x_low, variables, chart, _, _ = motion
+    (start, n_rot, _, _), fixed, any_fixed = numbering
+    x, x_low, _, chart, _, _ = motion
     dead, moments, pressures, any_pressure = loads
     use_mixed, e_mixed, b_mixed = mixed
     p_start, t_start, b_start, e_start = start_state
     alpha_f, k_factor, c_delta = step[0], step[1], step[2]
     weight = 1.0 - alpha_f
     dx, p_end, p_mid, A1, inertial_x, inertial_p, force_x, force_p, rate_p, ends_p = scratch
-    if rotation.advance_nodes(numbering, motion, step, delta, scratch) != 0:
+    if rotation.advance_nodes(numbering[0], motion, step, delta, scratch) != 0:
         return CHART_LEFT
     force_x[:] = 0.0
     force_p[:] = 0.0
@@ -222,64 +222,64 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     _reduce(numbering, chart, averaged, p_start, moments, residual, scratch)
     if with_tangent:
         force = ends_p[0] if use_mixed else force_p
-        _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, force, values)
+        _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, A1, force, values)
     return 0
 
 
 @njit(cache=True)
 def _reduce(numbering, chart, averaged, p_start, moments, residual, scratch):
-    """Chain rule to rotational variables, ``f_n = A1^T f_p``; a moment M about fixed axes acts as
-    ``f_p = M x p``.  Fixed dofs carry no residual."""
-    start, n_rot, fixed, any_fixed = numbering
+    """Chain rule to rotational variables, ``f_n = A1^T f_p``.  Fixed dofs carry no residual."""
+    nodes, fixed, _ = numbering
+    start, n_rot, directors, _ = nodes
     _, p_end, p_mid, A1, _, _, force_x, force_p, rate_p, ends_p = scratch
     balance, unmasked, applied = residual[0], residual[1], residual[2]
-    A_end = np.empty((3, 3))
+    couple = np.empty(3)
     for i in range(start.shape[0]):
         first = start[i]
-        p, M = p_mid[i], moments[i]
-        couple = (M[1] * p[2] - M[2] * p[1], M[2] * p[0] - M[0] * p[2], M[0] * p[1] - M[1] * p[0])
         for c in range(3):
             unmasked[first + c] = applied[first + c] - force_x[i, c]
+        rotation.moment_forces(nodes, i, chart[i], p_mid, A1, moments[i], couple)
         for k in range(n_rot[i]):
             load = 0.0
-            for c in range(3):
-                load += A1[i, c, k] * rate_p[i, c]
-                if not averaged:
-                    load += A1[i, c, k] * force_p[i, c]
-            for c in range(3):
-                applied[first + 3 + k] += A1[i, c, k] * couple[c]
+            for d in range(directors[i], directors[i + 1]):
+                for c in range(3):
+                    load += A1[d, c, k] * rate_p[d, c]
+                    if not averaged:
+                        load += A1[d, c, k] * force_p[d, c]
+            applied[first + 3 + k] += couple[k]
             unmasked[first + 3 + k] = applied[first + 3 + k] - load
-        if averaged:
-            for end in range(2):
-                rotation.first_derivatives(p_end[i] if end == 0 else p_start[i], chart[i], A_end)
-                for k in range(n_rot[i]):
-                    for c in range(3):
-                        unmasked[first + 3 + k] -= A_end[c, k] * ends_p[end, i, c]
+    if averaged:
+        A_end = np.empty_like(A1)
+        for end in range(2):
+            rotation.derivatives(nodes, chart, p_end if end == 0 else p_start, A_end)
+            for i in range(start.shape[0]):
+                for d in range(directors[i], directors[i + 1]):
+                    for k in range(n_rot[i]):
+                        for c in range(3):
+                            unmasked[start[i] + 3 + k] -= A_end[d, c, k] * ends_p[end, d, c]
     for k in range(fixed.shape[0]):
         balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
 @njit(cache=True)
-def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, force_p, values):
+def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, A1, force_p, values):
     """Second derivative of the normals, ``f_p . d2p/dn2``, and unit rows for fixed dofs.
 
-    A moment M adds ``-(M x p) . d2p/dn2``; the rest of its load stiffness, skew and proportional to
-    M . p, is left out: the matrix stays symmetric, and exact where M is tangential to the shell.
+    A moment M adds the symmetric part of its load stiffness; the skew part, on a smooth node
+    proportional to M . p, is left out: the matrix stays symmetric, and exact where M is tangential
+    to the shell.
     """
     _, _, diagonal, stride = storage
-    start, _, fixed, any_fixed = numbering
-    force = np.empty(3)
+    nodes, fixed, any_fixed = numbering
+    start, n_rot = nodes[0], nodes[1]
+    H = np.empty((3, 3))
     for i in range(start.shape[0]):
-        p, M = p_mid[i], moments[i]
-        force[0] = force_p[i, 0] - (M[1] * p[2] - M[2] * p[1])
-        force[1] = force_p[i, 1] - (M[2] * p[0] - M[0] * p[2])
-        force[2] = force_p[i, 2] - (M[0] * p[1] - M[1] * p[0])
-        nn, nm, mm = rotation.curvature(p, chart[i], force)
-        n, m = start[i] + 3, start[i] + 4
-        values[diagonal[n]] += k_factor * nn
-        values[diagonal[m]] += k_factor * mm
-        if not (fixed[n] or fixed[m]):
-            values[diagonal[m] - stride] += k_factor * nm
+        rotation.curvature(nodes, i, p_mid, A1, chart[i], force_p, moments[i], H)
+        for k in range(n_rot[i]):
+            row = start[i] + 3 + k
+            for l in range(k + 1):
+                if l == k or not (fixed[row] or fixed[row - k + l]):
+                    values[diagonal[row] - stride * (k - l)] += k_factor * H[k, l]
     if any_fixed:
         for k in range(fixed.shape[0]):
             if fixed[k]:
@@ -287,7 +287,7 @@ def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, force_p
 
 
 @njit(cache=True)
-def predict_strains(elements, start, x, x_low, p, chart, state, correction, e_next, b_next):
+def predict_strains(elements, numbering, x, x_low, p, A1, state, correction, e_next, b_next):
     """Strain measures after a correction by linear extrapolation, ``e + B T du``, ``b + T du``.
 
     A tangent whose stresses are these instead of those of the moved configuration is that of a
@@ -295,9 +295,10 @@ def predict_strains(elements, start, x, x_low, p, chart, state, correction, e_ne
     do not enter it, so it takes larger steps (Magisano, Leonetti, Garcea 2017).  The equilibrium it
     converges to is the same.
     """
+    start, n_rot = numbering[0], numbering[1]
     _, t_now, b_now, e_now = state
     R, y, q = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
-    yl, r, A1 = np.empty((3, 3)), np.empty((4, 3)), np.zeros((3, 3))
+    yl, r = np.empty((3, 3)), np.empty((4, 3))
     dy, dp, dt = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     for el in range(elements.nodes.shape[0]):
         nodes, directors = elements.nodes[el], elements.directors[el]
@@ -318,10 +319,11 @@ def predict_strains(elements, start, x, x_low, p, chart, state, correction, e_ne
             dt[k, 2] = dy[k, 2] + yl[k, 0] * phi[1] - yl[k, 1] * phi[0]
             b_next[el, k] = b_now[el, k] + dt[k, 2]
         for i in range(4):
-            rotation.first_derivatives(q[i], chart[nodes[i]], A1)
             first = start[nodes[i]] + 3
             for c in range(3):
-                dp[c] = A1[c, 0] * correction[first] + A1[c, 1] * correction[first + 1]
+                dp[c] = 0.0
+                for k in range(n_rot[nodes[i]]):
+                    dp[c] += A1[directors[i], c, k] * correction[first + k]
             for c in range(2):
                 turned = R[c, 0] * dp[0] + R[c, 1] * dp[1] + R[c, 2] * dp[2]
                 if c == 0:
@@ -447,7 +449,7 @@ def accept(numbering, rates, delta, x, x_low, variables, velocity, acceleration)
 
     ``rates`` holds the factors of (delta, U_dot, U_ddot) in U_dot and in U_ddot at t_{n+1}.
     """
-    start, n_rot = numbering[0], numbering[1]
+    start, n_rot = numbering[0][0], numbering[0][1]
     move_nodes(start, delta, x, x_low)
     v_delta, v_velocity, v_acceleration, a_delta, a_velocity, a_acceleration = rates
     for i in range(start.shape[0]):

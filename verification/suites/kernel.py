@@ -97,6 +97,22 @@ def run_warping():
     return rows
 
 
+def run_thick_beam():
+    """A cantilever half as thick as long: bending and shear of Timoshenko's beam, nu = 0."""
+    length, width, thickness, youngs = 1.0, 1.0, 0.5, 1e6
+    mesh = surface(lambda x, y: (x, y, 0.0 * x), (40, 1), (0.0, length), (0.0, width))
+    root, tip = mesh.where(mesh.nodes[:, 0] == 0.0), mesh.where(mesh.nodes[:, 0] == length)
+    model = Model(mesh.nodes, mesh.quads, thickness, youngs, 0.0, 1.0,
+                  loads=[NodalLoad(i, (0.0, 0.0, 0.5)) for i in tip],
+                  supports=[Support(root, CLAMPED)])
+    u, _ = solve_linear(model)
+    bending = length**3 / (3.0 * youngs * width * thickness**3 / 12.0)
+    shear = length / (5.0 / 6.0 * 0.5 * youngs * width * thickness)
+    why = "40 linear elements: (1/40)^2 = 6e-4; the shear is a third of the deflection"
+    return [Row("tip deflection over Timoshenko's", u[tip[0], 2] / (bending + shear), 1.0,
+                "analytic", 1e-3, why)]
+
+
 CASES = (
     Case("element-spectrum", "kernel", "six zero modes and no spurious one for any shape", "own",
          "one element, h = 0.1, E = 1e6, nu = 0.3", run_eigenvalues),
@@ -104,6 +120,8 @@ CASES = (
          "one element", run_numbering),
     Case("aspect-ratio", "kernel", "in-plane bending at any aspect ratio", "beam theory",
          "two elements, h = 0.1, E = 1e6, nu = 0.3", run_aspect),
+    Case("thick-beam", "kernel", "shear stiffness of a thick cantilever", "Timoshenko's beam",
+         "1 x 1 x 0.5, E = 1e6, nu = 0, end shear", run_thick_beam),
     Case("warping", "kernel", "warped elements neither lock nor soften", "own converged",
          "twisted strip 12 x 1.1 x 0.05, E = 29e6, nu = 0.22", run_warping),
 )

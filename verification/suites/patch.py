@@ -60,7 +60,7 @@ def patch_error(kind, values, placement, thickness=1e-3, **options):
     exact = np.zeros(n)
     for i in range(8):
         exact[start[i]:start[i] + 3] = u[i]
-        exact[start[i] + 3:start[i] + 5] = r[i][moved.chart[i, :2]]
+        exact[start[i] + 3:start[i] + 5] = moved.chart[i, :2] @ r[i]
     free = np.zeros(n, dtype=bool)
     for i in INTERIOR:
         # constant shear: all rotations are prescribed, only the deflection is left free

@@ -1,0 +1,88 @@
+"""Wrong variants of the solver, to show that the suites catch them.
+
+A mutant is the source with one piece of text replaced while it is imported, in a process of its
+own; a mutant of a kernel is compiled anew.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+
+import solver
+
+ROOT = Path(solver.__file__).parent
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One wrong variant.
+
+    Attributes:
+        name: what is wrong.
+        file: source file of the solver; old, new: the text replaced.
+        killers: the cases that must catch it.
+    """
+
+    name: str
+    file: str
+    old: str
+    new: str
+    killers: tuple
+
+    def source(self):
+        """The mutant's text.
+
+        Raises:
+            ValueError: the text to replace is not there exactly once.
+        """
+        text = (ROOT / self.file).read_text(encoding="utf-8")
+        if text.count(self.old) != 1:
+            raise ValueError(f"mutant '{self.name}': its text occurs {text.count(self.old)} times "
+                             f"in {self.file}")
+        return text.replace(self.old, self.new)
+
+
+def deviating_rows(mutant, case):
+    """How many rows of ``case`` deviate without explanation when the mutant runs it.
+
+    Raises:
+        RuntimeError: the run broke off instead of giving verdicts.
+    """
+    with tempfile.TemporaryDirectory(prefix="corovec-mutant-") as folder:
+        source, output = Path(folder) / "source.py", Path(folder) / "verdicts.json"
+        source.write_text(mutant.source(), encoding="utf-8")
+        environment = dict(os.environ)
+        if mutant.file.startswith("kernels/"):
+            environment["NUMBA_CACHE_DIR"] = folder
+        done = subprocess.run(
+            [sys.executable, "-m", "verification.mutants", str(ROOT / mutant.file), str(source),
+             case, str(output)], env=environment, capture_output=True, text=True, check=False)
+        if not output.exists():
+            raise RuntimeError(f"mutant '{mutant.name}' gave no verdicts: {done.stderr.strip()}")
+        rows = json.loads(output.read_text())["cases"][0]["rows"]
+    return sum(row["verdict"] == "deviates (open)" for row in rows)
+
+
+def _run_mutated(file, source, case, output):
+    """Run ``corovec verify`` on one case with the text of ``source`` in the place of ``file``."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "solver"]:
+        del sys.modules[name]
+    original = SourceFileLoader.get_code
+
+    def get_code(loader, name):
+        if loader.path == file:
+            return compile(Path(source).read_text(encoding="utf-8"), file, "exec")
+        return original(loader, name)
+
+    SourceFileLoader.get_code = get_code
+    from solver.cli import cli
+    cli(["verify", case, "--output", output])
+
+
+if __name__ == "__main__":
+    _run_mutated(*sys.argv[1:])

@@ -1,0 +1,50 @@
+"""Which case catches which wrong variant."""
+
+from verification.case import Case, at_least
+from verification.mutants import Mutant, deviating_rows
+
+ELEMENT = (
+    Mutant("shear without assumed strains", "model.py", 'shear: str = "mitc4"',
+           'shear: str = "compatible"', ("patch", "straight-beam")),
+    Mutant("membrane without assumed strains", "model.py", 'membrane: str = "stress"',
+           'membrane: str = "compatible"', ("aspect-ratio",)),
+    Mutant("five strain modes instead of stress modes", "model.py",
+           'membrane: str = "stress"', 'membrane: str = "strain"', ("aspect-ratio",)),
+    Mutant("shear correction 1 instead of 5/6", "element.py",
+           "SHEAR_CORRECTION = 5.0 / 6.0", "SHEAR_CORRECTION = 1.0", ("thick-beam",)),
+    Mutant("lumped mass", "element.py", "    return mass * (density * thickness)",
+           "    mass = np.eye(4) * mass.sum(axis=2)[:, :, None]\n"
+           "    return mass * (density * thickness)", ("rigid-body",)),
+)
+
+SCHEME = (
+    Mutant("angular momentum by one sum over nodes, Eq. (50) as printed", "simulation.py",
+           '("angular_momentum", instant.angular_momentum)',
+           '("angular_momentum", instant.angular_momentum_printed)', ("conservation",)),
+    Mutant("T at the end of the step: not symmetric about its middle",
+           "kernels/assembly.py",
+           "weight * (dx[nodes[k + 1], c] - dx[nodes[0], c])\n        _gather_normals(p_mid,",
+           "(dx[nodes[k + 1], c] - dx[nodes[0], c])\n        _gather_normals(p_end,",
+           ("conservation",)),
+    Mutant("trapezoidal rule instead of the quasi scheme", "simulation.py",
+           'scheme: str = "quasi"', 'scheme: str = "newmark"', ("conservation",)),
+    Mutant("variables in global axes", "simulation.py", 'axes: str = "nodal"',
+           'axes: str = "global"', ("spin",)),
+)
+
+
+def run(mutants):
+    rows = []
+    for mutant in mutants:
+        for case in mutant.killers:
+            rows.append(at_least(f"{mutant.name}: rows of {case} that deviate",
+                                 deviating_rows(mutant, case), 1, "the mutant must be caught"))
+    return rows
+
+
+CASES = (
+    Case("mutants-element", "mutants", "wrong elements are caught", "own",
+         "the source with one piece of text replaced", lambda: run(ELEMENT), slow=True),
+    Case("mutants-scheme", "mutants", "wrong schemes are caught", "own",
+         "the source with one piece of text replaced", lambda: run(SCHEME), slow=True),
+)
