@@ -4,9 +4,10 @@ from solver import InputError
 from solver.simulation import machine, versions
 
 from .case import KINDS
-from .suites import dynamics, kernel, linear, nonlinear, patch
+from .suites import dynamics, kernel, linear, nonlinear, patch, shear
 
-CASES = (*patch.CASES, *kernel.CASES, *linear.CASES, *nonlinear.CASES, *dynamics.CASES)
+CASES = (*patch.CASES, *kernel.CASES, *linear.CASES, *shear.CASES, *nonlinear.CASES,
+         *dynamics.CASES)
 
 
 def find(names=(), quick=False):
