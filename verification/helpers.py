@@ -58,6 +58,12 @@ def static_system(system, state, delta, tangent=True):
     return system.residual[0].copy()
 
 
+def central_differences(function, at, step):
+    """Derivative of a vector function at ``at`` by central differences, a column a variable."""
+    return np.column_stack([(function(at + shift) - function(at - shift)) / (2.0 * step)
+                            for shift in step * np.eye(len(at))])
+
+
 def corovec(*arguments, **options):
     """Run the installed command; text of both streams and the exit status."""
     return subprocess.run([COMMAND, *arguments], text=True, capture_output=True, check=False,

@@ -10,6 +10,7 @@ from .jets import cross, norm
 
 XI = np.array([-1.0, 1.0, 1.0, -1.0])
 ETA = np.array([-1.0, -1.0, 1.0, 1.0])
+SHEAR_FORMS = ("printed", "in-plane", "projected", "director")
 
 
 def local_frame(x):
@@ -22,22 +23,31 @@ def local_frame(x):
 
 
 def local_variables(x, p, X, P):
-    """u_L of Eqs. (6)-(10): t (4, 3) and theta - theta_0 (4, 2), node 1 subtracted first."""
+    """u_L of Eqs. (6)-(10): t (4, 3) and theta - theta_0 (4, 3), node 1 subtracted first.
+
+    Only the first two components of theta enter the printed strains.
+    """
     R, R_0 = local_frame(x), local_frame(X)
     t = np.array([R @ (x[i] - x[0]) - R_0 @ (X[i] - X[0]) for i in range(4)])
-    rotation = np.array([(R @ p[i] - R_0 @ P[i])[:2] for i in range(4)])
+    rotation = np.array([R @ p[i] - R_0 @ P[i] for i in range(4)])
     return t, rotation
 
 
-def energy(x, p, X, P, thickness, youngs, poisson, membrane="stress"):
+def energy(x, p, X, P, thickness, youngs, poisson, membrane="stress", shear="printed"):
     """Strain energy of the configuration (x, p) with initial configuration (X, P)."""
     t, rotation = local_variables(x, p, X, P)
-    local = (local_frame(X) @ (X - X[0]).T).T.astype(float)
-    return local_energy(t, rotation, local, thickness, youngs, poisson, membrane)
+    R_0 = local_frame(X).astype(float)
+    return local_energy(t, rotation, (X - X[0]) @ R_0.T, thickness, youngs, poisson, membrane,
+                        shear, P @ R_0.T)
 
 
-def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stress"):
-    """Strain energy as a function of the local variables; ``local`` (4, 3) initial coordinates."""
+def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stress",
+                 shear="printed", normals=None):
+    """Strain energy as a function of the local variables.
+
+    ``local`` (4, 3) holds the initial coordinates, ``normals`` (4, 3) the initial normals, which
+    forms of the shear other than the printed one need; see :func:`_side_shear`.
+    """
     u, v, w = t[:, 0], t[:, 1], t[:, 2]
     r_x, r_y = rotation[:, 0], rotation[:, 1]
     x, y, z = local[:, 0], local[:, 1], local[:, 2]
@@ -67,7 +77,7 @@ def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stres
                 a, b = (0.0, side) if derivative == 0 else (side, 0.0)
                 N = (1.0 + XI * a) * (1.0 + ETA * b) / 4.0
                 dN = XI * (1.0 + ETA * b) / 4.0 if derivative == 0 else ETA * (1.0 + XI * a) / 4.0
-                sides.append(dN @ w + (N @ r_x) * (dN @ x) + (N @ r_y) * (dN @ y))
+                sides.append(_side_shear(shear, N, dN, t, rotation, local, normals))
             covariant.append(0.5 * (1.0 - tie) * sides[0] + 0.5 * (1.0 + tie) * sides[1])
         inverse = np.linalg.inv(J)
         gamma = [inverse[0, 0] * covariant[0] + inverse[0, 1] * covariant[1],
@@ -75,6 +85,29 @@ def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stres
         total = total + 0.5 * area * thickness * shear_modulus * (
             gamma[0] * gamma[0] + gamma[1] * gamma[1])
     return total + _membrane_energy(samples, local, D, thickness, membrane)
+
+
+def _side_shear(form, N, dN, t, rotation, local, normals):
+    """Covariant transverse shear at the middle of a side, from shape functions ``N``, ``dN``.
+
+    A director shell has ``x,a . p - X,a . P``; with r_0 the initial components of the normal in the
+    element's frame its linear part on a plane element is ``w,a r_0z + dr . x,a + u,a . r_0``.
+
+    - ``printed``: the paper's ``w,a + dr . x,a``, that of a normal along e_z.
+    - ``in-plane``: the printed one and ``u,a . r_0``, the in-plane displacement on a tilted normal.
+    - ``projected``: ``w,a r_0z + dr . x,a``, the deflection projected on the tilted normal.
+    - ``director``: complete and nonlinear; the frame drops out of it.
+    """
+    if form == "director":
+        return (dN @ (local + t)) @ (N @ (normals + rotation)) - (dN @ local) @ (N @ normals)
+    slope = dN @ t
+    turned = (N @ rotation)[:2] @ (dN @ local)[:2]
+    if form == "printed":
+        return slope[2] + turned
+    tilted = N @ normals
+    if form == "in-plane":
+        return slope[2] + turned + slope[:2] @ tilted[:2]
+    return slope[2] * tilted[2] + turned
 
 
 def _membrane_energy(samples, local, D, thickness, membrane):

@@ -4,10 +4,10 @@ from solver import InputError
 from solver.simulation import machine, versions
 
 from .case import KINDS
-from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations
+from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations, shear
 
-CASES = tuple(case for suite in (patch, kernel, linear, nonlinear, rotations, dynamics, mutants)
-              for case in suite.CASES)
+SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, mutants)
+CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 
 def find(names=(), quick=False):

@@ -1,0 +1,52 @@
+"""One element from the solver's kernels, and its derivatives from the independent element."""
+
+import numpy as np
+
+from solver.element import element_constants
+from solver.kernels import element as kernel
+
+from . import reference_element
+from .jets import Jet
+
+H, E, NU = 0.13, 210.0, 0.3
+DERIVATIVES = 1e-11
+"""Relative: the oracle is exact to rounding, and the entries of K span four orders."""
+
+
+def constants(corners, normals, membrane="stress"):
+    """Constants of one element of the material (H, E, NU), by name."""
+    one = np.ones(1)
+    arrays = element_constants(corners[None], normals[None], H * one, E * one, NU * one, one,
+                               membrane=membrane, shear="mitc4")
+    return {name: array[0] for name, array in arrays.items()}
+
+
+def evaluate(c, x, p, A=None, n_rot=(3, 3, 3, 3)):
+    """Energy, force (24,) and tangent (24, 24) in director coordinates from the kernels."""
+    y = np.ascontiguousarray(x[1:] - x[0])
+    A = np.tile(np.eye(3), (4, 1, 1)) if A is None else A
+    n_s = len(c["l"])
+    R, t, b, e = np.empty((3, 3)), np.empty((3, 3)), np.empty(11), np.empty(n_s)
+    B, f, g = np.empty((n_s, 9)), np.empty((3, 3)), np.empty((4, 2))
+    yl, r, f_x, f_p = np.empty((3, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
+    ke = np.zeros((24, 24))
+    lengths = kernel.frame(y, R)
+    kernel.local_variables(R, y, p, c["y0"], c["r0"], t, b)
+    kernel.membrane_strains(c["l"], c["Q"], t, e)
+    kernel.local_forces(c["l"], c["Q"], c["k_b"], t, b, e, B, f, g)
+    kernel.rotated_positions(R, y, p, yl, r)
+    kernel.global_forces(R, *lengths, yl, r, f, g, f_x, f_p)
+    kernel.tangent(R, *lengths, yl, r, f, g, B, e, c["Q"], c["k_b"], A, np.array(n_rot),
+                   kernel.workspace(), ke)
+    return kernel.strain_energy(e, c["k_b"], b), np.hstack([f_x, f_p]).ravel(), ke
+
+
+def oracle(x, p, corners, normals, membrane="stress"):
+    """Energy of the independent element with its derivatives, a :class:`verification.jets.Jet`."""
+    q = Jet.variables(np.hstack([x, p]).ravel()).reshape(4, 6)
+    return reference_element.energy(q[:, :3], q[:, 3:], corners, normals, H, E, NU, membrane)
+
+
+def relative(ours, reference):
+    """Largest difference of two arrays over the largest entry of the reference."""
+    return np.abs(ours - reference).max() / np.abs(reference).max()
