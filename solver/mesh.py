@@ -1,4 +1,4 @@
-"""Meshes: blocks divided evenly and joined where their nodes coincide; checks of any mesh."""
+"""Meshes: blocks joined where their nodes coincide, sphere segments; checks of any mesh."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -33,6 +33,30 @@ def block(corners, divisions):
     return nodes, np.stack([first, first + 1, first + n + 2, first + n + 1], axis=1)
 
 
+def sphere_segment(radius, polar_angles, divisions):
+    """Nodes, quads and exact normals of a sphere about Z between two parallels, closed in azimuth.
+
+    Azimuth runs from +X towards +Y, then from the lower parallel up, so that normals are outward.
+
+    Args:
+        radius: [m].
+        polar_angles: of the upper and the lower parallel, from +Z [degrees].
+        divisions: (n, m) elements round and along the meridian.
+
+    Returns:
+        nodes (n (m+1), 3), quads (n m, 4), outward unit normals (n (m+1), 3).
+    """
+    n, m = divisions
+    polar, azimuth = np.meshgrid(np.radians(np.linspace(polar_angles[1], polar_angles[0], m + 1)),
+                                 np.linspace(0.0, 2.0 * np.pi, n, endpoint=False), indexing="ij")
+    normals = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth),
+                        np.cos(polar)], axis=2).reshape(-1, 3)
+    j, i = np.divmod(np.arange(n * m), n)
+    right = (i + 1) % n
+    quads = np.stack([n * j + i, n * j + right, n * (j + 1) + right, n * (j + 1) + i], axis=1)
+    return radius * normals, quads, normals
+
+
 def join(blocks):
     """One mesh (nodes, quads) of several, coincident nodes merged, in order of first appearance."""
     counts = np.cumsum([0] + [len(nodes) for nodes, _ in blocks])
@@ -60,6 +84,31 @@ def node_at(nodes, point):
         raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, "
                          f"is at {nodes[nearest].tolist()}")
     return nearest
+
+
+def line_nodes(nodes, quads, start, end):
+    """Numbers of the nodes on the mesh line straight from ``start`` to ``end`` [m], in order.
+
+    Raises:
+        InputError: no node at either end, or no straight line of element edges between them.
+    """
+    first, last = node_at(nodes, start), node_at(nodes, end)
+    chord = nodes[last] - nodes[first]
+    length = np.linalg.norm(chord)
+    if first == last:
+        raise InputError(f"a line from node {first} to itself")
+    along = (nodes - nodes[first]) @ chord / length
+    off = np.linalg.norm(nodes - nodes[first] - along[:, None] * chord / length, axis=1)
+    near = MERGE * np.ptp(nodes, axis=0).max()
+    on = np.flatnonzero((off <= near) & (along >= -near) & (along <= length + near))
+    line = on[np.argsort(along[on])]
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    joined = set(map(tuple, edges.tolist()))
+    for i, j in zip(line[:-1].tolist(), line[1:].tolist()):
+        if (min(i, j), max(i, j)) not in joined:
+            raise InputError(f"no mesh line from {nodes[first].tolist()} to "
+                             f"{nodes[last].tolist()}: no element edge joins nodes {i} and {j}")
+    return line
 
 
 def node_numbers(quads, n_nodes):

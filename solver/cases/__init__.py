@@ -2,23 +2,38 @@
 
 Provenance is ``printed`` (the paper's text or tables), ``derived`` (follows from printed numbers),
 ``assumed`` (our reconstruction of a lost figure) or ``calibrated`` (fitted to a printed energy).
+``calibrated.json`` holds the calibrated peaks, as ``corovec calibrate`` wrote them.
 """
 
+import json
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PositiveFloat,
+    PositiveInt,
+    TypeAdapter,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from ..errors import InputError
-from ..loads import NodalLoad, TimeFunction
-from ..mesh import block, join, node_at
+from ..loads import NodalLoad, TimeFunction, line_load
+from ..mesh import block, join, line_nodes, node_at, sphere_segment
 from ..model import Model
 
 FOLDER = Path(__file__).parent
+CALIBRATED = FOLDER / "calibrated.json"
 Provenance = Literal["printed", "derived", "assumed", "calibrated"]
 Point = tuple[float, float, float]
+Polar = Annotated[float, Field(gt=0.0, lt=180.0)]
+Divisions = tuple[PositiveInt, PositiveInt]
 T = TypeVar("T")
 
 
@@ -36,54 +51,144 @@ class Sourced(_Strict, Generic[T]):
 
 
 class Parameters(_Strict):
-    thickness: Sourced[float]
-    youngs: Sourced[float]
-    poisson: Sourced[float]
-    density: Sourced[float]
+    thickness: Sourced[PositiveFloat]
+    youngs: Sourced[PositiveFloat]
+    poisson: Sourced[Annotated[float, Field(gt=-1.0, lt=0.5)]]
+    density: Sourced[PositiveFloat]
 
 
 class Block(_Strict):
     corners: tuple[Point, Point, Point, Point]
-    divisions: tuple[int, int]
+    divisions: Divisions
+
+
+class Sphere(_Strict):
+    """Segment of a sphere between two parallels, see :func:`solver.mesh.sphere_segment`."""
+
+    radius: Sourced[PositiveFloat]
+    polar_angles: Sourced[tuple[Polar, Polar]]
+    divisions: Sourced[Divisions]
 
 
 class Geometry(_Strict):
-    blocks: list[Block] = Field(min_length=1)
+    """Flat blocks joined at coincident nodes, or a sphere segment."""
+
+    blocks: list[Block] = []
+    sphere: Sphere | None = None
     unit: str
     provenance: Provenance
     source: str
 
+    @model_validator(mode="after")
+    def _one_kind(self):
+        if bool(self.blocks) == bool(self.sphere):
+            raise ValueError("either blocks or sphere is needed")
+        return self
+
+    @property
+    def divisions(self):
+        """Divisions of every block at refinement 1."""
+        return ([self.sphere.divisions.value] if self.sphere
+                else [block.divisions for block in self.blocks])
+
+    def mesh(self, refinement):
+        """Nodes, quads, exact normals (None for flat blocks)."""
+        fine = [(refinement * n, refinement * m) for n, m in self.divisions]
+        if self.sphere:
+            return sphere_segment(self.sphere.radius.value, self.sphere.polar_angles.value, *fine)
+        return *join([block(b.corners, d) for b, d in zip(self.blocks, fine)]), None
+
+    def rows(self):
+        kind = "sphere segment" if self.sphere else f"{len(self.blocks)} blocks"
+        return [("geometry", kind, self.unit, self.provenance, self.source),
+                *((name, *_columns(sourced)) for name, sourced in self.sphere or ())]
+
 
 class Mesh(_Strict):
-    elements: int = Field(gt=0)
-    refinement: int = Field(gt=0)
+    elements: PositiveInt
+    refinement: PositiveInt
     provenance: Provenance
 
 
 class History(_Strict):
-    times: list[float] = Field(min_length=1)
-    values: list[float] = Field(min_length=1)
+    """Piecewise linear function of time: ``peak`` (1 if there is none) times ``values``."""
+
+    times: list[float]
+    values: list[float]
+    peak: Sourced[float] | None = None
     unit: str
     provenance: Provenance
     source: str
 
+    @model_validator(mode="after")
+    def _possible(self):
+        self.function()
+        return self
+
+    def function(self, factor=1.0):
+        """:class:`solver.TimeFunction` of the history times ``factor``."""
+        factor *= self.peak.value if self.peak else 1.0
+        return TimeFunction(self.times, [factor * value for value in self.values])
+
 
 class Load(_Strict):
+    """A force at a point, or a force per length along the mesh line between two points."""
+
     name: str
     history: str
     force: Sourced[Point]
-    at: Sourced[Point]
+    at: Sourced[Point] | None = None
+    line: Sourced[tuple[Point, Point]] | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self):
+        if bool(self.at) == bool(self.line):
+            raise ValueError("either at or line is needed")
+        return self
+
+    def nodal(self, nodes, quads, function):
+        """The load as :class:`solver.NodalLoad` s."""
+        if self.at:
+            return [NodalLoad(node_at(nodes, self.at.value), self.force.value, function)]
+        return line_load(nodes, line_nodes(nodes, quads, *self.line.value), self.force.value,
+                         function)
 
 
 class Paper(_Strict):
-    dt: Sourced[float]
-    steps: Sourced[int]
+    dt: Sourced[PositiveFloat]
+    steps: Sourced[PositiveInt]
 
 
 class Defaults(_Strict):
-    elements: int
-    dt: float = Field(gt=0.0)
-    end_time: float = Field(gt=0.0)
+    elements: PositiveInt
+    dt: PositiveFloat
+    end_time: PositiveFloat
+
+
+class Calibration(_Strict):
+    """A peak fitted to a printed energy: what ``corovec calibrate`` found, and how.
+
+    Attributes:
+        peak: of the case's history that has one [its unit].
+        printed: energy after unloading [J] as printed, in ``table``, of the mesh of ``elements``.
+        dt: time step [s].
+        residual: of our energy, relative to the printed one.
+        dt_change: relative change of our energy at half the step.
+    """
+
+    peak: float
+    elements: PositiveInt
+    printed: str
+    table: str
+    dt: PositiveFloat
+    residual: float
+    dt_change: float
+
+    @property
+    def source(self):
+        return (f"energy {self.printed} J of {self.elements} elements ({self.table}), which is no "
+                f"check any more; dt {self.dt:g} s, residual {self.residual:.0e}, at half the step "
+                f"{self.dt_change:+.0e}")
 
 
 class Case(_Strict):
@@ -91,30 +196,64 @@ class Case(_Strict):
 
     name: str
     title: str
-    defaults: Defaults
     paper: Paper
     parameters: Parameters
     geometry: Geometry
     meshes: list[Mesh] = Field(min_length=1)
+    defaults: Defaults
     histories: dict[str, History]
     loads: list[Load]
-    points: dict[str, Sourced[Point]]
+    points: dict[str, Sourced[Point]] = {}
 
-    @model_validator(mode="after")
-    def _consistent(self):
-        unknown = [load.name for load in self.loads if load.history not in self.histories]
+    @field_validator("meshes")
+    @classmethod
+    def _numbers_of_elements(cls, meshes, info):
+        if "geometry" in info.data:
+            coarse = sum(n * m for n, m in info.data["geometry"].divisions)
+            for mesh in meshes:
+                if mesh.elements != coarse * mesh.refinement**2:
+                    raise ValueError(f"refinement {mesh.refinement} has "
+                                     f"{coarse * mesh.refinement**2} elements, not {mesh.elements}")
+        return meshes
+
+    @field_validator("defaults")
+    @classmethod
+    def _known_mesh(cls, defaults, info):
+        sizes = [mesh.elements for mesh in info.data.get("meshes", ())]
+        if sizes and defaults.elements not in sizes:
+            raise ValueError(f"no mesh of {defaults.elements} elements")
+        return defaults
+
+    @field_validator("loads")
+    @classmethod
+    def _known_histories(cls, loads, info):
+        known = info.data.get("histories")
+        unknown = [load for load in loads if known is not None and load.history not in known]
         if unknown:
-            raise ValueError(f"loads {', '.join(unknown)}: history is not among "
-                             f"{', '.join(self.histories)}")
-        return self
+            raise ValueError("; ".join(f"{load.name}: history '{load.history}' is not among "
+                                       f"{', '.join(known)}" for load in unknown))
+        return loads
 
     @property
     def sizes(self):
         """Element numbers of the case's meshes, ascending."""
         return tuple(sorted(mesh.elements for mesh in self.meshes))
 
-    def model(self, elements, **options):
-        """:class:`solver.Model` of the mesh with ``elements`` elements; options as of Model.
+    @property
+    def free_peak(self):
+        """Name of the history with a peak of its own, the one number to calibrate; or None."""
+        return next((name for name, h in self.histories.items() if h.peak), None)
+
+    def calibrated(self, calibration):
+        """The case with the peak of a :class:`Calibration`."""
+        history = self.histories[self.free_peak]
+        peak = Sourced[float](value=calibration.peak, unit=history.peak.unit,
+                              provenance="calibrated", source=calibration.source)
+        changed = history.model_copy(update={"peak": peak})
+        return self.model_copy(update={"histories": {**self.histories, self.free_peak: changed}})
+
+    def mesh(self, elements):
+        """Nodes, quads and exact normals (or None) of the mesh with ``elements`` elements.
 
         Raises:
             InputError: no such mesh.
@@ -123,31 +262,57 @@ class Case(_Strict):
         if mesh is None:
             raise InputError(f"case {self.name} has no mesh of {elements} elements, must be one "
                              f"of: {', '.join(map(str, self.sizes))}")
-        nodes, quads = join([block(b.corners, [mesh.refinement * d for d in b.divisions])
-                             for b in self.geometry.blocks])
-        functions = {name: TimeFunction(h.times, h.values) for name, h in self.histories.items()}
-        loads = [NodalLoad(node_at(nodes, load.at.value), load.force.value,
-                           functions[load.history]) for load in self.loads]
+        return self.geometry.mesh(mesh.refinement)
+
+    def loads_on(self, nodes, quads, factor=1.0):
+        """The loads, times ``factor``, as :class:`solver.NodalLoad` s of a mesh.
+
+        Raises:
+            InputError: a load point or line that the mesh does not have.
+        """
+        functions = {name: h.function(factor) for name, h in self.histories.items()}
+        loads = []
+        for load in self.loads:
+            try:
+                loads += load.nodal(nodes, quads, functions[load.history])
+            except InputError as error:
+                raise InputError(f"case {self.name}, load {load.name}: {error}") from None
+        return loads
+
+    def model(self, elements, load_factor=1.0, **options):
+        """:class:`solver.Model` of the mesh with ``elements`` elements; options as of Model.
+
+        Raises:
+            InputError: no such mesh, or as of :meth:`loads_on`.
+        """
+        nodes, quads, normals = self.mesh(elements)
         values = {name: sourced.value for name, sourced in self.parameters}
-        return Model(nodes, quads, loads=loads, **values, **options)
+        return Model(nodes, quads, loads=self.loads_on(nodes, quads, load_factor),
+                     normals=normals, **values, **options)
 
     def provenance(self):
         """Rows (parameter, value, unit, provenance, source) of everything the case defines."""
-        rows = [(name, s.value, s.unit, s.provenance, s.source) for name, s in self.parameters]
-        g = self.geometry
-        rows.append(("geometry", f"{len(g.blocks)} blocks", g.unit, g.provenance, g.source))
+        rows = [(name, *_columns(s)) for name, s in self.parameters]
+        rows += self.geometry.rows()
         rows += [(f"mesh {m.elements}", f"refinement {m.refinement}", "", m.provenance, "")
                  for m in self.meshes]
-        rows += [(f"{name}(t)", list(zip(h.times, h.values)), h.unit, h.provenance, h.source)
-                 for name, h in self.histories.items()]
+        for name, h in self.histories.items():
+            shape = list(zip(h.times, h.values))
+            rows.append((f"{name}(t)", shape, h.unit, h.provenance, h.source))
+            if h.peak:
+                rows.append((f"peak of {name}(t)", *_columns(h.peak)))
         for load in self.loads:
-            for what, s in (("", load.force), (" acts at", load.at)):
-                rows.append((load.name + what, list(s.value), s.unit, s.provenance, s.source))
-        rows += [(f"point {name}", list(s.value), s.unit, s.provenance, s.source)
-                 for name, s in self.points.items()]
-        rows += [(f"paper's {name}", s.value, s.unit, s.provenance, s.source)
-                 for name, s in self.paper]
+            rows.append((load.name, *_columns(load.force)))
+            rows.append((load.name + (" acts at" if load.at else " acts along"),
+                         *_columns(load.at or load.line)))
+        rows += [(f"point {name}", *_columns(s)) for name, s in self.points.items()]
+        rows += [(f"paper's {name}", *_columns(s)) for name, s in self.paper]
         return rows
+
+
+def _columns(sourced):
+    value = list(sourced.value) if isinstance(sourced.value, tuple) else sourced.value
+    return value, sourced.unit, sourced.provenance, sourced.source
 
 
 def case_names():
@@ -157,7 +322,7 @@ def case_names():
 
 @cache
 def load_case(name):
-    """The case ``name``.
+    """The case ``name``, with its calibrated peak if there is one.
 
     Raises:
         InputError: unknown name, or a definition file with errors (all of them, each with its
@@ -165,16 +330,36 @@ def load_case(name):
     """
     if name not in case_names():
         raise InputError(f"case '{name}' is unknown, must be one of: {', '.join(case_names())}")
-    return read_case(FOLDER / f"{name}.toml")
+    case, calibrations = read_case(FOLDER / f"{name}.toml"), read_calibrations()
+    return case.calibrated(calibrations[name]) if name in calibrations else case
 
 
 def read_case(path):
     """The case defined in the file ``path``; errors as of :func:`load_case`."""
     try:
         with open(path, "rb") as file:
-            return Case.model_validate(tomllib.load(file))
+            return _valid(path, Case.model_validate, tomllib.load(file))
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def read_calibrations(path=CALIBRATED):
+    """``{case: Calibration}`` of the file; errors as of :func:`load_case`."""
+    text = path.read_text(encoding="utf-8") if path.exists() else "{}"
+    return _valid(path, TypeAdapter(dict[str, Calibration]).validate_json, text)
+
+
+def write_calibration(name, calibration, path=CALIBRATED):
+    """Put the calibration of the case ``name`` into the file, beside those of other cases."""
+    kept = {**read_calibrations(path), name: calibration}
+    text = json.dumps({case: kept[case].model_dump() for case in sorted(kept)}, indent=2)
+    path.write_text(text + "\n", encoding="utf-8")
+    load_case.cache_clear()
+
+
+def _valid(path, validate, data):
+    try:
+        return validate(data)
     except ValidationError as errors:
         lines = [f"{'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in errors.errors()]
         raise InputError(f"{path}: " + "; ".join(lines)) from None
