@@ -208,7 +208,8 @@ def test_bad_settings(options, message):
 
 
 def test_unknown_case_and_mesh():
-    with pytest.raises(InputError, match="case 'l-shape' is unknown, must be one of: l-plate"):
+    with pytest.raises(InputError, match="case 'l-shape' is unknown, must be one of: hemisphere, "
+                       "l-plate, plates, ruler"):
         load_case("l-shape")
     with pytest.raises(InputError, match="no mesh of 31 elements, must be one of: 30, 120, 480"):
         load_case("l-plate").model(31)

@@ -1,0 +1,255 @@
+"""The paper's four benchmarks as data: meshes, loads, provenance, calibration, bad files."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from convergence import calibration, cli
+from convergence.calibration import calibrate, energy_after_unloading, find_factor
+from solver import InputError
+from solver.cases import (
+    FOLDER,
+    Calibration,
+    case_names,
+    load_case,
+    read_calibrations,
+    read_case,
+    write_calibration,
+)
+from solver.mesh import line_nodes
+from verification.helpers import corovec
+
+NODES = {"l-plate": 48, "ruler": 31 * 5, "hemisphere": 1088, "plates": 507}
+"""Of the coarsest mesh; printed for hemisphere and plates."""
+
+FOUND = Calibration(peak=2.0, elements=120, printed="246.57", table="Table 3", dt=1e-5,
+                    residual=1e-7, dt_change=1e-5)
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_meshes(name):
+    """Node and element numbers; every named point and loaded place is on the mesh."""
+    case = load_case(name)
+    nodes, quads, _ = case.mesh(case.sizes[0])
+    assert (len(nodes), len(quads)) == (NODES[name], case.sizes[0])
+    assert len(case.mesh(case.sizes[1])[1]) == case.sizes[1]
+    assert case.loads_on(nodes, quads)
+    for point in case.points.values():
+        assert np.linalg.norm(nodes - point.value, axis=1).min() < 1e-12 * np.ptp(nodes)
+
+
+def test_medium_ruler_has_the_printed_number_of_nodes():
+    assert len(load_case("ruler").mesh(480)[0]) == 549
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_every_parameter_has_a_provenance(name):
+    """All printed, derived, assumed or calibrated; values except meshes name their source."""
+    rows = load_case(name).provenance()
+    assert {row[3] for row in rows} <= {"printed", "derived", "assumed", "calibrated"}
+    assert all(row[4] for row in rows if not row[0].startswith("mesh"))
+    given = " ".join(row[0] for row in rows)
+    for parameter in ("thickness", "youngs", "poisson", "density", "geometry", "(t)", "paper's dt"):
+        assert parameter in given
+
+
+def resultant(name, elements):
+    """Force and moment about the origin of the loads at the peak of their function of time."""
+    case = load_case(name)
+    nodes, quads, _ = case.mesh(elements)
+    loads = case.loads_on(nodes, quads)
+    forces = np.array([np.multiply(load.force, max(load.history.values)) for load in loads])
+    points = nodes[[load.node for load in loads]]
+    return forces.sum(axis=0), np.cross(points, forces).sum(axis=0)
+
+
+@pytest.mark.parametrize("elements", [120, 480])
+def test_resultant_of_line_loads_on_the_ruler(elements):
+    """q L on both lines; the edge is lever 0, the width's middle 0.03 m.  Rounding only."""
+    q_l = load_case("ruler").histories["p"].peak.value * 0.06
+    force, moment = resultant("ruler", elements)
+    np.testing.assert_allclose(force, (q_l, 0.0, q_l), rtol=1e-12)
+    np.testing.assert_allclose(moment, (0.03 * q_l, 0.0, -0.03 * q_l), rtol=1e-12, atol=1e-9)
+
+
+def test_resultant_of_line_loads_on_the_plates():
+    """Printed vectors times the lengths 1.5, 1.5, 1.5, 2 m and the printed peak 0.25."""
+    vectors = np.array([(2, 0, 2), (-2, -4, -2), (10, 6, -1), (-1, 1, 1)])
+    expected = 0.25 * np.array([1.5, 1.5, 1.5, 2.0]) @ vectors
+    np.testing.assert_allclose(resultant("plates", 1728)[0], expected, rtol=1e-12)
+
+
+def test_plates_cross():
+    """Two junction lines of 7 nodes along Y on which four elements meet at every edge."""
+    nodes, quads, _ = load_case("plates").mesh(432)
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    sides, uses = np.unique(edges, axis=0, return_counts=True)
+    junction = np.unique(sides[uses > 2])
+    assert set(uses) == {1, 2, 4} and len(junction) == 14
+    np.testing.assert_array_equal(np.unique(nodes[junction, 0]), (1.75, 5.25))
+    np.testing.assert_array_equal(nodes[junction, 2], 0.0)
+    sizes = nodes[sides[:, 1]] - nodes[sides[:, 0]]
+    np.testing.assert_allclose(np.linalg.norm(sizes, axis=1), 0.25, rtol=1e-12)
+
+
+def test_hemisphere_is_closed_and_its_normals_are_exact():
+    """Free edges are equator and rim of the hole only; normals radial, facets outward."""
+    nodes, quads, normals = load_case("hemisphere").mesh(1024)
+    np.testing.assert_allclose(nodes, 10.0 * normals, rtol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-15)
+    diagonals = nodes[quads[:, 2]] - nodes[quads[:, 0]], nodes[quads[:, 3]] - nodes[quads[:, 1]]
+    assert np.einsum("ij,ij->i", np.cross(*diagonals), nodes[quads].mean(axis=1)).min() > 0.0
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    sides, uses = np.unique(edges, axis=0, return_counts=True)
+    heights = nodes[sides[uses == 1], 2]
+    assert len(heights) == 2 * 64
+    rim = 10.0 * np.cos(np.radians(18.0))
+    assert np.all((np.abs(heights) < 1e-14) | (np.abs(heights - rim) < 1e-14))
+
+
+def test_hemisphere_is_symmetric():
+    """x = 0 and y = 0 are mesh lines, reflections map the mesh on itself, loads balance."""
+    case = load_case("hemisphere")
+    nodes, quads, normals = case.mesh(1024)
+    for axis in (0, 1):
+        assert np.sum(np.abs(nodes[:, axis]) < 1e-12) == 2 * 17
+        mirrored = nodes * np.where(np.arange(3) == axis, -1.0, 1.0)
+        gaps = np.linalg.norm(mirrored[:, None] - nodes, axis=2).min(axis=1)
+        assert gaps.max() < 1e-12
+    model = case.model(1024)
+    np.testing.assert_array_equal(model.normals, normals / np.linalg.norm(normals, axis=1,
+                                                                          keepdims=True))
+    force, moment = resultant("hemisphere", 1024)
+    peak = case.histories["f"].peak.value
+    assert np.abs(force).max() == 0.0 and np.abs(moment).max() < 1e-12 * peak * 10.0
+    outward = [float(np.dot(load.force, model.nodes[load.node])) for load in model.loads]
+    np.testing.assert_allclose(outward, (10.0, -10.0, 10.0, -10.0), rtol=1e-15)
+
+
+def test_line_nodes():
+    nodes, quads, _ = load_case("ruler").mesh(120)
+    line = line_nodes(nodes, quads, (0.3, 0.06, 0.0), (0.0, 0.06, 0.0))
+    np.testing.assert_allclose(nodes[line, 0], np.linspace(0.3, 0.0, 31), atol=1e-15)
+    with pytest.raises(InputError, match="no mesh line .* no element edge joins nodes 0 and"):
+        line_nodes(nodes, quads, (0.0, 0.0, 0.0), (0.3, 0.06, 0.0))
+    with pytest.raises(InputError, match="no node at"):
+        line_nodes(nodes, quads, (0.0, 0.0, 0.0), (0.0, 0.05, 0.0))
+    with pytest.raises(InputError, match="a line from node 0 to itself"):
+        line_nodes(nodes, quads, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def broken(tmp_path, *changes, name="ruler"):
+    text = (FOLDER / f"{name}.toml").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "broken.toml"
+    path.write_text(text)
+    return path
+
+
+def test_bad_file_gives_all_errors_at_once(tmp_path):
+    path = broken(
+        tmp_path, ("thickness = { value = 0.002", "thickness = { value = -0.002"),
+        ("poisson = { value = 0.0,", 'poisson = { value = "none",'),
+        ("density = {", "densty = {"), ('history = "p"', 'history = "g"'),
+        ("times = [0.0, 0.002", "times = [0.0, 0.02"), ("dt = 1e-5", "dt = 0.0"),
+        ("divisions = [30, 4]", "divisions = [30, 0]"))
+    with pytest.raises(InputError) as error:
+        read_case(path)
+    for message in ("parameters.thickness.value: Input should be greater than 0",
+                    "parameters.poisson.value: Input should be a valid number",
+                    "parameters.density: Field required", "parameters.densty: Extra inputs",
+                    "histories.p: Value error, time function: times (0.0, 0.02, 0.004)",
+                    "defaults.dt: Input should be greater than 0",
+                    "geometry.blocks.0.divisions.1: Input should be greater than 0"):
+        assert message in str(error.value)
+
+
+@pytest.mark.parametrize("change, message", [
+    (('history = "p"', 'history = "g"'), "loads: .* edge: history 'g' is not among p"),
+    (("elements = 480", "elements = 481"), "meshes: .* refinement 2 has 480 elements, not 481"),
+    (("elements = 120\ndt", "elements = 121\ndt"), "defaults: .* no mesh of 121 elements"),
+    (("line = {", "at = { value = [0.0, 0.0, 0.0], unit = \"m\", provenance = \"assumed\", "
+                  "source = \"\" }\nline = {"), "loads.0: .* either at or line"),
+    (("values = [0.0, 1.0, 0.0]", "values = [0.0, 1.0]"), "histories.p: .* 3 times but 2 values"),
+])
+def test_contradictions_in_a_file(tmp_path, change, message):
+    with pytest.raises(InputError, match=message):
+        read_case(broken(tmp_path, change))
+
+
+def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
+    path = broken(tmp_path, ("[geometry.sphere]", "[other]"), name="hemisphere")
+    with pytest.raises(InputError, match="other: Extra .*|geometry: .* either blocks or sphere"):
+        read_case(path)
+
+
+def test_load_off_the_mesh_is_an_error_of_the_model(tmp_path):
+    case = read_case(broken(tmp_path, ("[[0.15, 0.0, 0.0], [0.15,", "[[0.155, 0.0, 0.0], [0.15,")))
+    with pytest.raises(InputError, match="case ruler, load centre line: no node at .0.155, 0.0"):
+        case.model(120)
+
+
+def test_calibrated_peak_replaces_the_assumed_one(tmp_path):
+    path = tmp_path / "calibrated.json"
+    assert read_calibrations(path) == {}
+    write_calibration("ruler", FOUND, path)
+    write_calibration("hemisphere", FOUND, path)
+    assert read_calibrations(path) == {"ruler": FOUND, "hemisphere": FOUND}
+    case = read_case(FOLDER / "ruler.toml").calibrated(FOUND)
+    (row,) = [row for row in case.provenance() if row[0] == "peak of p(t)"]
+    assert row[1:4] == (2.0, "N/m", "calibrated") and "246.57" in row[4]
+    assert case.model(120).loads[0].history.values == (0.0, 2.0, 0.0)
+    path.write_text('{"ruler": {"peak": "high"}}')
+    with pytest.raises(InputError, match="ruler.peak: Input should be a valid number.*Field req"):
+        read_calibrations(path)
+
+
+def test_find_factor():
+    """Exact for a power law; a hopeless target says so."""
+    factor, energy = find_factor(lambda factor: 3.0 * factor**1.7, 3.0 * 1.2**1.7)
+    assert factor == pytest.approx(1.2, rel=1e-6) and energy == pytest.approx(3.0 * 1.2**1.7)
+    with pytest.raises(InputError, match="no load factor gives 5 J within 10 runs"):
+        find_factor(lambda factor: 1.0 + 1e-3 * np.tanh(np.log(factor)), 5.0)
+
+
+def test_calibration_finds_a_known_factor(monkeypatch):
+    """The energy of 1.1 times the L-plate's loads, taken as printed, gives the factor 1.1 back.
+
+    dt = 0.01 s keeps the energy to 1e-4; 1e-6 of the energy is less of the factor (E ~ factor^1.7).
+    """
+    target = energy_after_unloading(load_case("l-plate").model(30, 1.1), 0.01)
+    monkeypatch.setattr(calibration, "printed_energies",
+                        lambda case: ({30: (target, "made")}, "Table 0"))
+    factor, found = calibrate("l-plate", 30, dt=0.01)
+    assert factor == pytest.approx(1.1, rel=1e-6)
+    assert abs(found.residual) <= 1e-6 and found.printed == "made"
+    with pytest.raises(InputError, match="dt 0.02 s is too long: at half the step the energy"):
+        calibrate("l-plate", 30, dt=0.02)
+    with pytest.raises(InputError, match="Table 0 has no energy of 120 elements"):
+        calibrate("l-plate", 120)
+
+
+def test_calibrate_command(tmp_path, monkeypatch):
+    """Writes what was found; loads that leave nothing free are shown only."""
+    path = tmp_path / "calibrated.json"
+    monkeypatch.setattr("solver.cases.write_calibration",
+                        lambda name, found: write_calibration(name, found, path))
+    monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (2.0, FOUND))
+    shown = CliRunner().invoke(cli.calibrate, ["ruler", "--elements", "120"])
+    assert shown.exit_code == 0 and "no check any more" in shown.output
+    assert read_calibrations(path) == {"ruler": FOUND}
+    other = FOUND.model_copy(update={"elements": 30})
+    monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (2.0, other))
+    shown = CliRunner().invoke(cli.calibrate, ["l-plate", "--elements", "30"])
+    assert "Not written" in shown.output and "l-plate" not in read_calibrations(path)
+
+
+def test_list_shows_all_cases():
+    listing = corovec("list").stdout
+    assert case_names() == tuple(sorted(NODES))
+    for name in NODES:
+        assert f"{load_case(name).title}" in listing
+    for text in ("[printed]", "[derived]", "[assumed]", "[calibrated]", "acts along"):
+        assert text in listing
