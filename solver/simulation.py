@@ -114,7 +114,8 @@ class Result:
 
     Attributes:
         history: (n_steps + 1,) structured array, fields of ``solver.recorder.HISTORY``.
-        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3).
+        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
+            junction that of its first plate.
         unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
@@ -242,7 +243,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
         if progress is not None:
             progress(step, n_steps, history[step])
     system.seconds.total = time.perf_counter() - clock
-    return Result(history, state.x - model.nodes + state.x_low, system.p.copy(), model.unloaded_at,
+    return Result(history, state.x - model.nodes + state.x_low, system.nodal_normals, model.unloaded_at,
                   bool(model.supports), system.solver.name, system.seconds, settings)
 
 
@@ -328,4 +329,4 @@ def _fill(row, time_, instant, state, record):
 
 def _frame(system, state, index):
     displacement = state.x - system.model.nodes + state.x_low
-    return index, displacement, system.p, system.element_energy
+    return index, displacement, system.nodal_normals, system.element_energy

@@ -101,8 +101,8 @@ def solve_linear(model, solver="skyline"):
     correction = path.solve_increment(path.prescribed(1.0), 1.0)
     system, start = path.system, path.system.numbering.start
     displacement = correction[start[:, None] + np.arange(3)]
-    change = np.stack([A1[:, :2] @ correction[first + 3:first + 5]
-                       for A1, first in zip(system.A1, start)])
+    change = np.stack([A1[:, :n] @ correction[first + 3:first + 3 + n] for A1, first, n in
+                       zip(system.A1[model.directors.first[:-1]], start, system.numbering.n_rot)])
     return displacement, change
 
 
@@ -299,7 +299,7 @@ class _Path:
         instant = self._assemble(factor, tangent=False)
         reactions = -system.residual[1] + system.residual[0]
         start = system.numbering.start
-        return (factor, state.x - system.model.nodes + state.x_low, system.p.copy(),
+        return (factor, state.x - system.model.nodes + state.x_low, system.nodal_normals,
                 instant.strain, reactions[start[:, None] + np.arange(3)], iterations, steps)
 
     def result(self, rows, clock):
@@ -361,7 +361,7 @@ def _check_held(model):
         inside = part == k
         held = fixed[inside]
         x = (model.nodes[inside] - model.nodes[inside].mean(axis=0)) / model.size
-        p = model.normals[inside]
+        p = model.normals[model.directors.first[:-1]][inside]
         motions = np.zeros((len(x), 6, 6))
         motions[:, :3, :3] = np.eye(3)
         for axis, omega in enumerate(np.eye(3)):
