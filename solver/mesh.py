@@ -8,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from .checks import TINY, plain_array
 from .element import CORNERS, jacobians, shape_functions
 from .errors import InputError
 
@@ -72,10 +73,7 @@ def node_at(nodes, point):
 
 
 def node_numbers(quads, n_nodes):
-    try:
-        array = np.asarray(quads)
-    except ValueError:
-        raise InputError("quads: rows of different lengths, (n, 4) needed") from None
+    array = plain_array("quads", quads, "n, 4")
     if array.ndim != 2 or array.shape[1] != 4 or not len(array):
         raise InputError(f"quads: shape {array.shape} given, (n, 4) needed")
     if not np.issubdtype(array.dtype, np.integer):
@@ -92,7 +90,7 @@ def node_numbers(quads, n_nodes):
 
 def check_mesh(nodes, quads):
     """Raise ``InputError`` for anything that cannot be the mesh of a shell."""
-    _check_connectivity(quads)
+    check_connectivity(quads)
     _check_nodes(nodes, quads)
     _check_shapes(nodes, quads)
 
@@ -216,6 +214,8 @@ def _check_nodes(nodes, quads):
     if not np.all(used):
         raise InputError(f"node {int(np.argmin(used))} belongs to no element")
     size = np.ptp(nodes, axis=0).max()
+    if size < TINY:
+        raise InputError(f"nodes: the mesh is {size:g} m large, must be {TINY:g} m at least")
     pairs = cKDTree(nodes).query_pairs(MERGE * size, output_type="ndarray")
     if len(pairs):
         first, second = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))[0]]
@@ -223,8 +223,8 @@ def _check_nodes(nodes, quads):
                          f"{nodes[first].tolist()}")
 
 
-def _check_connectivity(quads):
-    """No repeated node or element."""
+def check_connectivity(quads):
+    """Raise ``InputError`` for a repeated node or element."""
     for k, quad in enumerate(quads):
         if len(set(quad.tolist())) < 4:
             raise InputError(f"element {k}: nodes {quad.tolist()} repeat, a quad needs four")

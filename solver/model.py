@@ -6,10 +6,11 @@ SI units throughout.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from .checks import choice, floats, integers, number, vector
+from .checks import TINY, choice, existing, floats, integers, number, vector
 from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants
 from .errors import InputError
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
@@ -73,7 +74,7 @@ class Model:
         check_mesh(nodes, quads)
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = _per_element(name, getattr(self, name), len(quads))
-            _require(values > 0.0, values, f"{name} must be positive [{unit}]")
+            _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
         poisson = _per_element("poisson", self.poisson, len(quads))
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
@@ -165,13 +166,20 @@ class Model:
     def _check_loads(self):
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
-                _exist(f"load {k}: element", load.elements or (), len(self.quads))
+                existing(f"load {k}: element", load.elements or (), len(self.quads))
             else:
-                _exist(f"load {k}: node", (load.node,), len(self.nodes))
+                existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):
+        motions = {}
         for k, support in enumerate(self.supports):
-            _exist(f"support {k}: node", support.nodes, len(self.nodes))
+            existing(f"support {k}: node", support.nodes, len(self.nodes))
+            motion = (support.displacement, support.history) if support.displacement else None
+            for node, component in product(support.nodes, support.components):
+                first, other = motions.setdefault((node, component), (k, motion))
+                if motion != other:
+                    raise InputError(f"node {node}: supports {first} and {k} give {component} "
+                                     "different displacements or histories")
         held = self.fixed[:, 3:]
         first = self.directors.first
         part = (np.diff(first) > 1) & held.any(axis=1) & ~held.all(axis=1)
@@ -224,9 +232,3 @@ def _items(name, given, kinds):
             known = ", ".join(kind.__name__ for kind in kinds)
             raise InputError(f"{name}[{k}] must be one of {known}, is {item!r}")
     return items
-
-
-def _exist(what, numbers, count):
-    for item in numbers:
-        if not 0 <= item < count:
-            raise InputError(f"{what} {item} does not exist (0 to {count - 1})")

@@ -18,6 +18,7 @@ Layout (SI units; row 0 of every history is t = 0):
 
 import json
 import os
+import stat
 import tempfile
 import uuid
 import zlib
@@ -58,24 +59,13 @@ class Recorder:
         """A new file with all its space reserved, and its first row, frame and checkpoint."""
         path = writable_path(path, overwrite)
         recorder = cls(path, (len(model.nodes), len(model.quads), len(frame_steps)))
-        partial = None
-        try:
-            handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
-            os.close(handle)
-            partial = Path(name)
+        with replacing(path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
             _claim(partial, recorder._bytes(model, state, n_steps))
             with h5py.File(partial, "w", locking=False) as file:
                 recorder._layout(file, model, description, state, frame_steps, n_steps)
                 recorder._write(file, 0, state, rows, 0, frame)
             _claim(partial, partial.stat().st_size)
-            partial.chmod(0o666 & ~_umask())
-            os.replace(partial, path)
-        except OSError as error:
-            raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
-        finally:
-            if partial is not None:
-                partial.unlink(missing_ok=True)
         return recorder
 
     @classmethod
@@ -191,7 +181,7 @@ def read(path):
     Raises:
         ResultFileError: no such file, not a corovec file, or damaged.
     """
-    path = writable_path(path, overwrite=True)
+    path, _ = _regular_file(path)
     with _opened(path, "r") as file:
         description = _description(file, path)
         step, _ = _read_checkpoint(file, path)
@@ -212,21 +202,56 @@ def writable_path(path, overwrite=False):
     """``path`` with links resolved.
 
     Raises:
-        ResultFileError: it is no path, exists and is not to be overwritten, or is not a file.
+        ResultFileError: it is no path, exists and is not to be overwritten, is not a file, or has
+            no folder to be in.
     """
-    try:
-        if not os.fspath(path):
-            raise ValueError("empty")
-        path = Path(path).resolve()
-        exists, regular = path.exists(), path.is_file()
-    except (TypeError, ValueError, OSError, RuntimeError) as error:
-        raise ResultFileError(f"{path!r} is not a path of a file: {_reason(error)}") from None
-    if exists and not regular:
-        raise ResultFileError(f"{path} is not a regular file")
+    path, exists = _regular_file(path)
     if exists and not overwrite:
         raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
                               "continue it")
+    if not path.parent.is_dir():
+        raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path
+
+
+@contextmanager
+def replacing(path):
+    """A temporary file beside ``path`` that takes its place at the end, unless something fails.
+
+    Raises:
+        ResultFileError: it cannot be written.
+    """
+    partial = None
+    try:
+        handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
+        os.close(handle)
+        partial = Path(name)
+        yield partial
+        partial.chmod(0o666 & ~_umask())
+        os.replace(partial, path)
+    except OSError as error:
+        raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
+    finally:
+        if partial is not None:
+            partial.unlink(missing_ok=True)
+
+
+def _regular_file(given):
+    """``given`` as a path with links resolved, and whether it exists."""
+    try:
+        if not os.fspath(given):
+            raise ValueError("empty")
+        path = Path(given).resolve()
+        try:
+            regular = stat.S_ISREG(path.stat().st_mode)
+        except (FileNotFoundError, NotADirectoryError):
+            return path, False
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        raise ResultFileError(f"{str(given)!r} is not a path of a file: "
+                              f"{_reason(error)}") from None
+    if not regular:
+        raise ResultFileError(f"{path} is not a regular file")
+    return path, True
 
 
 @contextmanager

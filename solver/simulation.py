@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from .checks import choice, integer, number
+from .checks import choice, instance, integer, number, positive
 from .errors import InputError
 from .linear import SOLVERS
 from .loads import NodalLoad, TimeFunction
@@ -57,13 +57,12 @@ class Settings:
     frame_every: int = 0
 
     def __post_init__(self):
-        for name, unit in (("dt", "s"), ("end_time", "s"), ("rho_inf", ""), ("tolerance", "")):
-            object.__setattr__(self, name, number(name, getattr(self, name), unit))
+        for name in ("dt", "end_time"):
+            object.__setattr__(self, name, positive(name, getattr(self, name), "s"))
+        for name in ("rho_inf", "tolerance"):
+            object.__setattr__(self, name, number(name, getattr(self, name)))
         for name in ("min_iterations", "max_iterations", "frame_every"):
             object.__setattr__(self, name, integer(name, getattr(self, name)))
-        for name in ("dt", "end_time"):
-            if getattr(self, name) <= 0.0:
-                raise InputError(f"{name} must be positive [s], is {getattr(self, name):g}")
         steps = self.end_time / self.dt
         if steps > MOST_STEPS:
             raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
@@ -195,6 +194,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
+    instance("model", model, Model)
+    instance("settings", settings, Settings)
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
@@ -243,8 +244,9 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
         if progress is not None:
             progress(step, n_steps, history[step])
     system.seconds.total = time.perf_counter() - clock
-    return Result(history, state.x - model.nodes + state.x_low, system.nodal_normals, model.unloaded_at,
-                  bool(model.supports), system.solver.name, system.seconds, settings)
+    return Result(history, state.x - model.nodes + state.x_low, system.nodal_normals,
+                  model.unloaded_at, bool(model.supports), system.solver.name, system.seconds,
+                  settings)
 
 
 def _check_impulses(model, settings):

@@ -13,11 +13,12 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .checks import floats, integer, number
+from .checks import count, floats, instance, integer, number, positive
 from .errors import InputError, StepError
 from .kernels import assembly
 from .linear import SingularMatrix
 from .loads import CONSTANT
+from .model import Model
 from .system import State, System
 
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -160,26 +161,30 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
     Args:
         model: :class:`solver.Model`; length: first arc length [m].
         until: function of a row ``(factor, displacement)`` that ends the path when true.
-        settings, max_steps, wanted: see above.
+        settings: :class:`StaticSettings`; max_steps: longest path; wanted: see above.
 
     Returns:
         :class:`StaticResult`, a row for each step, the first at zero load.
 
     Raises:
-        InputError: a load depends on time or follows the shell, or a displacement is prescribed.
+        InputError: a load depends on time or follows the shell, none acts on a free component, or
+            a displacement is prescribed.
         StepError: no convergence even with the smallest length, or ``until`` not met in time.
     """
-    length = number("arc length", length, "m")
-    if length <= 0.0:
-        raise InputError(f"arc length must be positive [m], is {length:g}")
+    length = positive("arc length", length, "m")
+    max_steps, wanted = count("max_steps", max_steps), count("wanted", wanted)
+    if not callable(until):
+        raise InputError("until must be a function of (factor, displacement)")
+    clock = time.perf_counter()
+    path = _Path(model, settings)
     if any(load.history != CONSTANT for load in model.loads):
         raise InputError("arc length needs loads without a history of their own")
     if any(support.displacement for support in model.supports):
         raise InputError("arc length cannot prescribe displacements")
-    clock = time.perf_counter()
-    path = _Path(model, settings)
     if not path.system.all_dead:
         raise InputError("arc length needs dead nodal forces")
+    if not np.any(path._free(path.system.loads_at(1.0)[0])):
+        raise InputError("arc length needs a load that is not zero where no support holds")
     rows, factor, last, smallest = [path.row(0.0, 0, 0)], 0.0, None, length * 1e-6
     for _ in range(max_steps):
         used, outcome = path.arc_step(factor, length, last)
@@ -200,7 +205,8 @@ class _Path:
     """A state that is moved from equilibrium to equilibrium."""
 
     def __init__(self, model, settings):
-        self.settings = settings
+        instance("model", model, Model)
+        self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver)
         self.state = self.system.initial_state()
         self.indefinite = 0
@@ -212,7 +218,7 @@ class _Path:
     def prescribed(self, factor):
         """Prescribed displacements (n_dof,) at a load factor [m]."""
         values = self._zero.copy()
-        for history, pattern in self._prescribed:
+        for history, pattern in self._prescribed.items():
             values += (factor if history == CONSTANT else history(factor)) * pattern
         return values
 
@@ -387,14 +393,13 @@ def _onto_arc(moved, correction, tangent, length):
 
 
 def _prescribed(model, numbering):
-    """(history, (n_dof,) displacement) of every support that moves."""
-    patterns = []
+    """``{history: (n_dof,) displacement}`` of the supports that move."""
+    patterns = {}
     for support in model.supports:
         if support.displacement != 0.0:
-            pattern = np.zeros(numbering.n_dof)
+            pattern = patterns.setdefault(support.history, np.zeros(numbering.n_dof))
             for node in support.nodes:
                 for component in support.components:
                     first = numbering.start[node]
                     pattern[first + "xyz".index(component)] = support.displacement
-            patterns.append((support.history, pattern))
     return patterns
