@@ -1,7 +1,7 @@
 """All verification cases, and the report of their verdicts."""
 
 from solver import InputError
-from solver.simulation import machine, versions
+from solver.provenance import machine, versions
 
 from .case import KINDS
 from .suites import dynamics, kernel, linear, nonlinear, patch

@@ -124,7 +124,7 @@ def test_bad_loads_and_supports(make, message):
 
 def test_loads_are_plain_data_whatever_they_are_made_of():
     """The same load in other types has the same fingerprint; other supports another one."""
-    from solver.simulation import fingerprint
+    from solver.provenance import fingerprint
     pulse = TimeFunction(np.array([0, 1]), [1, 0])
     plain = model(loads=[NodalLoad(3, (0.0, 0.0, 1.0), TimeFunction((0.0, 1.0), (1.0, 0.0)))])
     other = model(loads=(NodalLoad(np.int64(3), np.array([0, 0, 1.0]), pulse),))
