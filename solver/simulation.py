@@ -1,11 +1,7 @@
 """Running a model: settings, the loop over time steps, and the result."""
 
-import hashlib
-import platform
 import time
-from dataclasses import asdict, dataclass
-from importlib import metadata
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -15,7 +11,8 @@ from .errors import InputError
 from .linear import SOLVERS
 from .loads import NodalLoad, TimeFunction
 from .model import Model
-from .recorder import HISTORY, Recorder, writable_path
+from .provenance import describe
+from .recorder import Recorder, output_path
 from .scheme import make_scheme
 from .system import AXES, NewtonRule, Seconds, StepRecord, System
 
@@ -24,6 +21,14 @@ DEFAULT_FRAMES = 200
 
 MOST_STEPS = 1e8
 """Longest history: 16 GB."""
+
+HISTORY = np.dtype([
+    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
+    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("iterations", "i4"), ("residual", "f8"), ("switches", "i4"), ("halvings", "i4"),
+    ("indefinite", "i4")])
+"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
 
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
@@ -112,7 +117,7 @@ class Result:
     """Histories and last state of a run.
 
     Attributes:
-        history: (n_steps + 1,) structured array, fields of ``solver.recorder.HISTORY``.
+        history: (n_steps + 1,) structured array, fields of ``solver.simulation.HISTORY``.
         displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
             junction that of its first plate.
         unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
@@ -199,10 +204,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
-    if resume and overwrite:
-        raise InputError("resume and overwrite exclude each other")
-    if output is not None:
-        output = writable_path(output, overwrite or resume)
+    output = output_path(output, overwrite, resume)
     _check_impulses(model, settings)
     with threadpool_limits(1):
         return _simulate(model, settings, output, overwrite, resume, progress, case)
@@ -219,14 +221,14 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     frame_of_step = {int(s): k for k, s in enumerate(frame_steps)}
     if output is not None:
         description = describe(model, settings, system.solver.name, case)
-        if resume and Path(output).exists():
-            recorder, done, state, rows = Recorder.resume(output, description)
+        if resume and output.exists():
+            recorder, done, rows = Recorder.resume(output, model, description, state)
             history[:done + 1] = rows
             system.observe(state)
         else:
             _fill(history[0], 0.0, system.observe(state), state, StepRecord())
             recorder = Recorder.create(output, model, description, state, history[:1],
-                                       _frame(system, state, 0), frame_steps, n_steps, overwrite)
+                                       _frame(system, state, 0, 0.0), frame_steps, overwrite)
     else:
         _fill(history[0], 0.0, system.observe(state), state, StepRecord())
     written = done + 1
@@ -238,8 +240,8 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
                                  settings.dt, record)
         _fill(history[step], step * settings.dt, instant, state, record)
         if recorder and step in frame_of_step:
-            recorder.write(step, state, history[written:step + 1], written,
-                           _frame(system, state, frame_of_step[step]))
+            recorder.write(step, state, history[written:step + 1],
+                           _frame(system, state, frame_of_step[step], history["time"][step]))
             written = step + 1
         if progress is not None:
             progress(step, n_steps, history[step])
@@ -279,42 +281,6 @@ def warm_up():
     return time.perf_counter() - clock
 
 
-def describe(model, settings, solver, case=None):
-    """What a result file says of its run; a resumed run must agree but for versions and machine."""
-    return {"case": case, "fingerprint": fingerprint(model), "settings": asdict(settings),
-            "nodes": len(model.nodes), "elements": len(model.quads), "membrane": model.membrane,
-            "shear": model.shear, "solver": solver, "unloaded_at": model.unloaded_at,
-            "supported": bool(model.supports),
-            "versions": versions(), "machine": machine()}
-
-
-def fingerprint(model):
-    """SHA-256 of everything that defines a model."""
-    digest = hashlib.sha256()
-    for array in (model.nodes, model.quads, model.thickness, model.youngs, model.poisson,
-                  model.density, model.normals, model.velocity, model.normal_velocity):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
-    return digest.hexdigest()
-
-
-def versions():
-    """Versions that a result depends on."""
-    names = ("corovec", "numpy", "scipy", "numba", "h5py")
-    return {"python": platform.python_version(), **{name: metadata.version(name) for name in names}}
-
-
-def machine():
-    """Processor and operating system."""
-    model = platform.processor() or platform.machine()
-    try:
-        with open("/proc/cpuinfo") as info:
-            model = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
-    except (OSError, StopIteration):
-        pass
-    return {"processor": model, "system": f"{platform.system()} {platform.machine()}"}
-
-
 def _fill(row, time_, instant, state, record):
     for name, value in (
             ("time", time_), ("kinetic_energy", instant.kinetic),
@@ -329,6 +295,8 @@ def _fill(row, time_, instant, state, record):
         row[name] = value
 
 
-def _frame(system, state, index):
+def _frame(system, state, index, time_):
     displacement = state.x - system.model.nodes + state.x_low
-    return index, displacement, system.nodal_normals, system.element_energy
+    return index, time_, {"PointData": {"displacement": displacement,
+                                        "normal": system.nodal_normals},
+                          "CellData": {"strain_energy": system.element_energy}}

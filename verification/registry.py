@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from solver import InputError
-from solver.simulation import machine, versions
+from solver.provenance import machine, versions
 
 from .case import KINDS, OK, Case
 from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations, shear

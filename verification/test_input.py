@@ -241,7 +241,7 @@ def test_numbers_within_the_bounds_neither_overflow_nor_underflow(size, value):
 
 def test_loads_are_plain_data_whatever_they_are_made_of():
     """The same load in other types has the same fingerprint; other supports another one."""
-    from solver.simulation import fingerprint
+    from solver.provenance import fingerprint
     pulse = TimeFunction(np.array([0, 1]), [1, 0])
     plain = model(loads=[NodalLoad(3, (0.0, 0.0, 1.0), TimeFunction((0.0, 1.0), (1.0, 0.0)))])
     other = model(loads=(NodalLoad(np.int64(3), np.array([0, 0, 1.0]), pulse),))
@@ -253,16 +253,6 @@ def test_loads_are_plain_data_whatever_they_are_made_of():
     prints = {fingerprint(model(plate.nodes, plate.quads, supports=[Support(nodes, ("x",))]))
               for nodes in (many, shifted)}
     assert len(prints) == 2
-
-
-def test_a_fold_and_a_junction_are_told():
-    """Plates that meet at an angle are not a smooth shell."""
-    folded = changed([2, 5], NODES[[1, 4]] + (0.0, 0.0, 1.0))
-    with pytest.raises(InputError, match="folds and junctions are not supported"):
-        model(folded)
-    nodes = np.vstack([NODES, NODES[[1, 4]] + (0.0, 0.0, 1.0)])
-    with pytest.raises(InputError, match="between nodes 1 and 4 belongs to 3 elements"):
-        model(nodes, np.vstack([QUADS, (1, 4, 7, 6)]))
 
 
 def test_models_cannot_be_changed_behind_their_back():
