@@ -121,7 +121,7 @@ def find_directors(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
             coplanar, or an element is inverted against a neighbour of its patch.
     """
     normals = np.stack([_vertex_normals(nodes[quads], corner) for corner in CORNERS], axis=1)
-    links = np.array([link for link in _smooth_links(quads, normals, fold_angle, patches)],
+    links = np.array(list(_smooth_links(quads, normals, fold_angle, patches)),
                      dtype=np.int64).reshape(-1, 2)
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(quads.size,) * 2)
     count, group = connected_components(graph, directed=False)
@@ -149,7 +149,10 @@ def find_directors(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
 
 
 def _smooth_links(quads, normals, fold_angle, patches):
-    """Pairs of vertices (4 element + corner) that share a node and a patch across an edge."""
+    """Pairs of vertices (4 element + corner) that share a node and a patch across an edge.
+
+    At a junction, plates on either side that go on smoothly but have opposite normals count as two.
+    """
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
     ordered = np.sort(edges, axis=1)
     order = np.lexsort((ordered[:, 1], ordered[:, 0]))
@@ -170,11 +173,11 @@ def _smooth_links(quads, normals, fold_angle, patches):
                 elements = one // 4, other // 4
                 smooth = (cosine > limit if patches is None
                           else patches[elements[0]] == patches[elements[1]])
-                if smooth and same_way:
+                if smooth and same_way and len(uses) == 2:
                     raise InputError(
                         f"element {elements[1]} is inverted against its neighbour {elements[0]}: "
                         f"both run from node {edges[one, 0]} to node {edges[one, 1]}")
-                if smooth:
+                if smooth and not same_way:
                     yield from zip(ends, there)
 
 

@@ -6,9 +6,19 @@ from solver import InputError
 from solver.provenance import machine, versions
 
 from .case import KINDS, OK, Case
-from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations, shear
+from .suites import (
+    dynamics,
+    junctions,
+    kernel,
+    linear,
+    mutants,
+    nonlinear,
+    patch,
+    rotations,
+    shear,
+)
 
-SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, mutants)
+SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 
