@@ -255,6 +255,40 @@ def test_loads_are_plain_data_whatever_they_are_made_of():
     assert len(prints) == 2
 
 
+def corner(angle=90.0, flip=False, **options):
+    """Two plates that meet on an edge; ``angle`` between them, 180 when they go on straight."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    nodes = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (c, 0, s), (c, 1, s)]
+    return model(nodes, [(0, 1, 2, 3), (0, 4, 5, 3) if flip else (0, 3, 5, 4)], **options)
+
+
+def test_folds_are_junctions_from_the_fold_angle_on():
+    """Plates that meet at an angle share nodes with two directors, or are one by their numbers."""
+    assert np.diff(corner(90.0).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert np.diff(corner(136.0).directors.first).tolist() == [1, 1, 1, 1, 1, 1]
+    assert np.diff(corner(134.0).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert np.diff(corner(136.0, fold_angle=40).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert len(corner(110.0, patches=(7, 7)).normals) == 6
+    assert len(corner(160.0, patches=(1, 2)).normals) == 8
+
+
+@pytest.mark.parametrize("make, message", [
+    (lambda: corner(180.0, patches=(1, 2)), "node 0: the 2 plates that meet there are coplanar"),
+    (lambda: corner(0.5), "node 0: the 2 plates that meet there are coplanar"),
+    (lambda: corner(170.0, flip=True), "element 1 is inverted against its neighbour 0"),
+    (lambda: corner(80.0, patches=(1, 1)), "is 50 degrees from the mean of its patch"),
+    (lambda: corner(fold_angle=0.0), r"fold_angle must lie in \(0, 90\] \[degrees\], is 0"),
+    (lambda: corner(patches=(1, 2, 3)), r"patches: 3 given, one an element \(2\) needed"),
+    (lambda: corner(patches=(1, 2.5)), r"patches\[1\] must be an integer"),
+    (lambda: corner(supports=[Support((3,), ("px",))]), "node 3: several plates meet there"),
+    (lambda: corner(normals=np.tile((0, 0, 1.0), (6, 1))), r"normals: shape \(6, 3\) given"),
+    (lambda: corner(normal_velocity=np.eye(8, 3)), "normal_velocity of node"),
+])
+def test_bad_junctions(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
 def test_models_cannot_be_changed_behind_their_back():
     plate = model()
     for name in ("nodes", "quads", "thickness", "normals", "velocity"):
