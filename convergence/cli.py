@@ -5,7 +5,7 @@ import sys
 
 import click
 
-from .study import mesh_study, printed_energies
+from .study import mesh_study, planned_runs, printed_energies
 
 
 @click.command()
@@ -28,13 +28,14 @@ def converge(case, elements, dt, membrane, as_json):
     from solver import warm_up
     from solver.cases import load_case, read_calibrations
     definition = load_case(case)
+    runs = planned_runs(case, elements, dt=dt, membrane=membrane)
     _, table = printed_energies(case)
     if not as_json:
         click.echo(f"{definition.title}: energy after load removal, beside {table} of the paper")
     compile_seconds = warm_up()
     if not as_json:
         click.echo(f"kernels compiled or loaded in {compile_seconds:.1f} s")
-    frame = mesh_study(case, elements, dt=dt, membrane=membrane, progress=_bars)
+    frame = mesh_study(case, runs, progress=_bars)
     if as_json:
         click.echo(json.dumps({"case": case, "table": table, "compilation_seconds": compile_seconds,
                                "rows": frame.to_dict(orient="records")}))

@@ -31,22 +31,19 @@ def printed_energies(case):
     return dict(zip(table["elements"], zip(map(float, texts), texts))), table["table"]
 
 
-def mesh_study(case, elements=(), *, dt=None, membrane="stress", progress=None):
-    """Energy after unloading for some meshes of ``case``.
+def planned_runs(case, elements=(), *, dt=None, membrane="stress"):
+    """``[(model, settings)]`` of a study of some meshes of ``case``.
 
     Args:
         case: name of the case; elements: meshes, by default the three coarsest.
         dt: time step [s], by default 1/500 of the loading time.
         membrane: assumed membrane field, see :class:`solver.Model`.
-        progress: called as ``progress(elements)`` to obtain the progress callback of each run.
 
-    Returns:
-        pandas.DataFrame, one row a mesh: elements, dt, energy and printed energy [J], difference
-        [%], drift of energy and momenta in free flight, iterations a step, solver, seconds.
+    Raises:
+        InputError: no such case or mesh, or a wrong parameter.
     """
     definition = load_case(case)
-    printed, _ = printed_energies(case)
-    rows = []
+    runs = []
     for size in elements or definition.sizes[:QUICK_MESHES]:
         model = definition.model(size, membrane=membrane)
         step = model.unloaded_at / QUICK_STEPS if dt is None else number("dt", dt, "s")
@@ -54,12 +51,28 @@ def mesh_study(case, elements=(), *, dt=None, membrane="stress", progress=None):
             raise InputError(f"dt must be positive and at most {FREE_FLIGHT - 1.0:.1f} of the "
                              f"loading time of {case}, {model.unloaded_at:g} s, is {step:g} s")
         end_time = round(FREE_FLIGHT * model.unloaded_at / step) * step
-        result = simulate(model, Settings(dt=step, end_time=end_time),
-                          progress=progress(size) if progress else None)
+        runs.append((model, Settings(dt=step, end_time=end_time)))
+    return runs
+
+
+def mesh_study(case, runs, *, progress=None):
+    """Energy after unloading of the ``runs`` (:func:`planned_runs`) of ``case``.
+
+    ``progress(elements)`` makes the progress callback of each run.
+
+    Returns:
+        pandas.DataFrame, one row a mesh: elements, dt, energy and printed energy [J], difference
+        [%], drift of energy and momenta in free flight, iterations a step, solver, seconds.
+    """
+    printed, _ = printed_energies(case)
+    rows = []
+    for model, settings in runs:
+        size = len(model.quads)
+        result = simulate(model, settings, progress=progress(size) if progress else None)
         energy = result.total_energy[unloaded_row(result.history, model.unloaded_at)]
         value, text = printed.get(size, (float("nan"), ""))
         rows.append({
-            "elements": size, "dt": step, "energy": energy, "printed": text,
+            "elements": size, "dt": settings.dt, "energy": energy, "printed": text,
             "difference_percent": 100.0 * (energy / value - 1.0),
             "energy_drift": result.drift.energy,
             "linear_momentum_drift": result.drift.linear_momentum,

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from convergence.study import mesh_study, printed_energies
+from convergence.study import mesh_study, planned_runs, printed_energies
 from verification.helpers import corovec
 
 
@@ -17,7 +17,7 @@ def test_printed_energies_are_those_of_table_1():
 
 def test_study_of_the_coarse_meshes():
     """Energies rise with refinement, as the printed ones do; every run conserves."""
-    frame = mesh_study("l-plate", (30, 120), dt=1e-2)
+    frame = mesh_study("l-plate", planned_runs("l-plate", (30, 120), dt=1e-2))
     assert frame["elements"].tolist() == [30, 120]
     assert 70.0 < frame["energy"][0] < frame["energy"][1] < 73.0
     assert frame["energy_drift"].max() < 1e-5

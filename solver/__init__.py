@@ -19,7 +19,8 @@ from .model import Model, rigid_velocity
 from .recorder import read
 from .scheme import Scheme, make_scheme
 from .simulation import Drift, Result, Settings, drift, simulate, total_energy, warm_up
-from .statics import StaticResult, StaticSettings, arc_length, load_control, solve_linear
+from .static_result import StaticResult
+from .statics import StaticSettings, arc_length, load_control, solve_linear
 
 __all__ = [
     "Drift", "InputError", "Model", "NodalLoad", "NodalMoment", "Pressure", "Result",

@@ -1,53 +1,89 @@
 """Checks of single values: each returns the value in its own type or raises ``InputError``."""
 
+from collections import Counter
+from collections.abc import Mapping, Set
+
 import numpy as np
 
 from .errors import InputError
 
-HUGE = 1e100
-"""Largest size of an input number; squares and products of larger ones overflow."""
+HUGE = 1e30
+"""Input numbers are smaller: products of ten of them, such as E h^3 A^3, do not overflow."""
+
+TINY = 1e-30
+"""Sizes that must be positive are not smaller: products of ten of them do not underflow."""
 
 
 def number(name, value, unit=""):
-    """A finite float; bools, strings and arrays are refused."""
-    if isinstance(value, bool | np.bool_ | str | complex) or np.ndim(value) or value is None:
-        raise InputError(f"{name} must be a number{_in(unit)}, is {value!r}")
+    """A finite float; bools, strings, arrays and masked values are refused."""
     try:
+        if (isinstance(value, bool | np.bool_ | str | complex) or np.ndim(value)
+                or np.ma.is_masked(value)):
+            raise TypeError
         result = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a number{_in(unit)}, is {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} must be a number{_in(unit)}, is {_shown(value)}") from None
     if not abs(result) < HUGE:
         raise InputError(f"{name} must be finite and below {HUGE:g}{_in(unit)}, is {result:g}")
+    return result
+
+
+def positive(name, value, unit=""):
+    """A float of at least ``TINY``."""
+    result = number(name, value, unit)
+    if result < TINY:
+        raise InputError(f"{name} must be positive{_in(unit)}, at least {TINY:g}, is {result:g}")
     return result
 
 
 def integer(name, value):
     """An int; floats, bools and strings are refused."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
-        raise InputError(f"{name} must be an integer, is {value!r}")
+        raise InputError(f"{name} must be an integer, is {_shown(value)}")
     return int(value)
+
+
+def count(name, value):
+    """An int of at least 1."""
+    result = integer(name, value)
+    if result < 1:
+        raise InputError(f"{name} must be at least 1, is {result}")
+    return result
 
 
 def vector(name, value, unit=""):
     """Three finite floats as a tuple."""
-    try:
-        items = tuple(value) if not isinstance(value, str) else ()
-    except TypeError:
-        items = ()
-    if len(items) != 3:
-        raise InputError(f"{name} must be three numbers{_in(unit)}, is {value!r}")
+    items = _items(value)
+    if items is None or len(items) != 3:
+        raise InputError(f"{name} must be three numbers{_in(unit)}, is {_shown(value)}")
     return tuple(number(f"{name}[{k}]", item, unit) for k, item in enumerate(items))
 
 
 def integers(name, values):
     """A tuple of ints from any sequence of integers."""
-    try:
-        items = tuple(values) if not isinstance(values, str) else None
-    except TypeError:
-        items = None
+    items = _items(values)
     if items is None:
-        raise InputError(f"{name} must be a sequence of integers, is {values!r}")
+        raise InputError(f"{name} must be a sequence of integers, is {_shown(values)}")
     return tuple(integer(f"{name}[{k}]", item) for k, item in enumerate(items))
+
+
+def distinct(name, values):
+    """A tuple of ints, at least one, none of them twice."""
+    items = integers(name, values)
+    if not items:
+        raise InputError(f"{name} must not be empty")
+    item, times = Counter(items).most_common(1)[0]
+    if times > 1:
+        raise InputError(f"{name}: {item} is given {times} times")
+    return items
+
+
+def existing(name, numbers, size):
+    """``numbers``, each of them one of 0 to ``size - 1``."""
+    for item in numbers:
+        if not 0 <= item < size:
+            raise InputError(f"{name} {item} does not exist (0 to {size - 1})")
+    return numbers
 
 
 def choice(name, value, choices):
@@ -57,13 +93,29 @@ def choice(name, value, choices):
     return value
 
 
+def instance(name, value, kind):
+    """An object of the class ``kind``."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, is {_shown(value)}")
+    return value
+
+
+def plain_array(name, values, needed):
+    """``values`` as an array; ragged rows and masked values are refused, naming the shape
+    ``needed``."""
+    try:
+        array = np.ma.asarray(values)
+    except ValueError:
+        raise InputError(f"{name}: rows of different lengths, ({needed}) needed") from None
+    if np.ma.is_masked(array):
+        raise InputError(f"{name}: some values are masked")
+    return np.asarray(array)
+
+
 def floats(name, values, shape):
     """A read-only C-contiguous float64 array of the given shape; None stands for any size."""
     needed = ", ".join("n" if size is None else str(size) for size in shape)
-    try:
-        array = np.asarray(values)
-    except ValueError:
-        raise InputError(f"{name}: rows of different lengths, ({needed}) needed") from None
+    array = plain_array(name, values, needed)
     if array.dtype.kind not in "iuf":
         raise InputError(f"{name}: not an array of numbers")
     array = np.array(array, dtype=np.float64, order="C")
@@ -77,6 +129,22 @@ def floats(name, values, shape):
                          f"{HUGE:g}")
     array.setflags(write=False)
     return array
+
+
+def _items(values):
+    """A tuple of the items; None for what has none or has them in no order."""
+    if isinstance(values, str | Set | Mapping):
+        return None
+    try:
+        return tuple(values)
+    except TypeError:
+        return None
+
+
+def _shown(value):
+    """The start of a value's representation, in one line."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
 def _in(unit):

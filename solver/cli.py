@@ -157,7 +157,7 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
 @click.argument("file", type=click.Path(dir_okay=False))
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
 def info(file, as_json):
-    """Summarise a result FILE, finished or not.
+    """Summarise a result FILE of dynamics or statics, finished or not.
 
     \b
     Example:
@@ -165,13 +165,18 @@ def info(file, as_json):
     """
     from .recorder import read
     contents = read(file)
-    description = contents["description"]
+    description, history = contents["description"], contents["history"]
+    if "factor" in history.dtype.names:
+        outcome = _static_summary(history)
+    else:
+        outcome = _summary(history, description["unloaded_at"], description["supported"])
+    open_end = description["settings"].get("method") == "arc length"
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
         **description["settings"], "solver": description["solver"], "steps": contents["step"],
-        "steps_planned": contents["n_steps"], "frames": len(contents["displacement"]),
-        **_summary(contents["history"], description["unloaded_at"], description["supported"]),
+        "steps_planned": None if open_end else contents["n_steps"],
+        "frames": len(contents["displacement"]), **outcome,
         "versions": description["versions"], "machine": description["machine"]}
     _show(summary, as_json)
 
@@ -252,13 +257,28 @@ def _summary(history, unloaded_at, supported):
         "iterations_per_step": float(iterations.mean()) if len(iterations) else 0.0,
         "switches": int(history["switches"].sum()),
         "halvings": int(history["halvings"].sum()),
-        "indefinite_tangents": (None if history["indefinite"].min() < 0
-                                else int(history["indefinite"].sum()))}
+        "indefinite_tangents": _indefinite(history)}
 
 
-UNITS = {"dt": "s", "end_time": "s", "time": "s", "kinetic_energy": "J", "strain_energy": "J",
-         "total_energy": "J", "external_work": "J", "linear_momentum": "kg m/s",
-         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
+def _static_summary(history):
+    """What ``info`` says of a static path."""
+    last = history[-1]
+    return {
+        "factor": float(last["factor"]), "largest_factor": float(history["factor"].max()),
+        "strain_energy": float(last["strain_energy"]), "reaction": last["reaction"].tolist(),
+        "iterations": int(history["iterations"].sum()), "load_steps": int(history["steps"].sum()),
+        "indefinite_tangents": _indefinite(history)}
+
+
+def _indefinite(history):
+    """Tangents with negative pivots; None where the solver does not tell."""
+    return None if history["indefinite"].min() < 0 else int(history["indefinite"].sum())
+
+
+UNITS = {"dt": "s", "length": "m", "reaction": "N", "end_time": "s", "time": "s",
+         "kinetic_energy": "J", "strain_energy": "J", "total_energy": "J", "external_work": "J",
+         "linear_momentum": "kg m/s", "angular_momentum": "kg m^2/s", "unloaded_at": "s",
+         "seconds": "s"}
 
 
 def _show(summary, as_json):

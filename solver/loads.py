@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import choice, integer, integers, number, vector
+from .checks import choice, distinct, existing, floats, integer, integers, number, vector
 from .element import GAUSS, shape_functions
 from .errors import InputError
+from .mesh import check_connectivity, node_numbers
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
 """What a support can fix: displacement components, and components of the normal."""
@@ -103,7 +104,7 @@ class Pressure:
         _plain(self, pressure=number("pressure", self.pressure, "Pa"),
                history=_history(self.history))
         if self.elements is not None:
-            _plain(self, elements=integers("pressure: elements", self.elements))
+            _plain(self, elements=distinct("pressure: elements", self.elements))
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ class Support:
             raise InputError(f"support: components must be a list of {', '.join(COMPONENTS)}, is "
                              f"{given!r}")
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
-        _plain(self, nodes=integers("support: nodes", self.nodes), components=components,
+        _plain(self, nodes=distinct("support: nodes", self.nodes), components=components,
                displacement=number("support: displacement", self.displacement, "m"),
                history=_history(self.history))
         if self.displacement != 0.0 and not set(components) <= set("xyz"):
@@ -140,20 +141,32 @@ def line_load(nodes, line, force, history=CONSTANT):
     """Dead force per length [N/m] along the element edges between consecutive nodes of ``line``.
 
     ``f_i = q int N_i dL`` with the linear shape functions of an edge: half of q L to either end.
+
+    Raises:
+        InputError: ``line`` is not a sequence of nodes, or the force not a vector.
     """
-    return [NodalLoad(i, share * np.asarray(force, dtype=float), history)
-            for i, share in _line_shares(nodes, line).items()]
+    force = np.array(vector("line load: force", force, "N/m"))
+    return [NodalLoad(i, share * force, history)
+            for i, share in _line_shares("line load", nodes, line).items()]
 
 
 def line_moment(nodes, line, moment, history=CONSTANT):
-    """Moment per length [N m/m] about fixed axes along the edges of ``line``."""
-    return [NodalMoment(i, share * np.asarray(moment, dtype=float), history)
-            for i, share in _line_shares(nodes, line).items()]
+    """Moment per length [N m/m] about fixed axes along the edges of ``line``; as ``line_load``."""
+    moment = np.array(vector("line moment: moment", moment, "N m/m"))
+    return [NodalMoment(i, share * moment, history)
+            for i, share in _line_shares("line moment", nodes, line).items()]
 
 
 def surface_load(nodes, quads, force, history=CONSTANT):
-    """Dead force per initial area [N/m^2] on the elements ``quads``: ``f_i = q int N_i dA``."""
-    nodes, quads = np.asarray(nodes, dtype=float), np.asarray(quads)
+    """Dead force per initial area [N/m^2] on the elements ``quads``: ``f_i = q int N_i dA``.
+
+    Raises:
+        InputError: ``quads`` are not elements on ``nodes``, or the force is not a vector.
+    """
+    nodes = floats("surface load: nodes", nodes, (None, 3))
+    quads = node_numbers(quads, len(nodes))
+    check_connectivity(quads)
+    force = np.array(vector("surface load: force", force, "N/m^2"))
     shares = np.zeros(len(nodes))
     for point in GAUSS:
         shape, natural = shape_functions(point)
@@ -161,8 +174,7 @@ def surface_load(nodes, quads, force, history=CONSTANT):
         area = np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
-    return [NodalLoad(i, shares[i] * np.asarray(force, dtype=float), history)
-            for i in np.unique(quads)]
+    return [NodalLoad(i, shares[i] * force, history) for i in np.unique(quads)]
 
 
 def _plain(item, **values):
@@ -176,11 +188,17 @@ def _history(history):
     return history
 
 
-def _line_shares(nodes, line):
+def _line_shares(what, nodes, line):
     """Length that belongs to each node of a polyline of element edges [m]."""
-    points = np.asarray(nodes, dtype=float)[list(line)]
-    shares = {int(i): 0.0 for i in line}
-    for i, j, length in zip(line[:-1], line[1:], np.linalg.norm(np.diff(points, axis=0), axis=1)):
-        shares[int(i)] += 0.5 * length
-        shares[int(j)] += 0.5 * length
+    nodes = floats(f"{what}: nodes", nodes, (None, 3))
+    line = existing(f"{what}: node", integers(f"{what}: line", line), len(nodes))
+    if len(line) < 2:
+        raise InputError(f"{what}: line must have two nodes or more, has {len(line)}")
+    shares = dict.fromkeys(line, 0.0)
+    for i, j in zip(line[:-1], line[1:]):
+        if i == j:
+            raise InputError(f"{what}: node {i} follows itself in the line")
+        length = np.linalg.norm(nodes[j] - nodes[i])
+        shares[i] += 0.5 * length
+        shares[j] += 0.5 * length
     return shares

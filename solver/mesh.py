@@ -1,10 +1,14 @@
 """Meshes: blocks joined where their nodes coincide, sphere segments; checks of any mesh."""
 
+from itertools import combinations
+from typing import NamedTuple
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from .checks import TINY, plain_array
 from .element import CORNERS, jacobians, shape_functions
 from .errors import InputError
 
@@ -14,8 +18,14 @@ MERGE = 1e-9
 MIN_JACOBIAN = 1e-6
 """Smallest vertex Jacobian relative to the element's largest below which a quad is degenerate."""
 
-LARGEST_FOLD = 40.0
+LARGEST_DEVIATION = 40.0
 """Largest angle [degrees] between a nodal normal and the normals of the elements it averages."""
+
+FOLD_ANGLE = 45.0
+"""Neighbours whose normals differ by this angle [degrees] or more meet at a fold, a junction."""
+
+LEAST_SPREAD = 0.02
+"""Sine of the least angle (1 degree) between two plates of a junction: the nodal frame needs it."""
 
 
 def block(corners, divisions):
@@ -112,10 +122,7 @@ def line_nodes(nodes, quads, start, end):
 
 
 def node_numbers(quads, n_nodes):
-    try:
-        array = np.asarray(quads)
-    except ValueError:
-        raise InputError("quads: rows of different lengths, (n, 4) needed") from None
+    array = plain_array("quads", quads, "n, 4")
     if array.ndim != 2 or array.shape[1] != 4 or not len(array):
         raise InputError(f"quads: shape {array.shape} given, (n, 4) needed")
     if not np.issubdtype(array.dtype, np.integer):
@@ -131,35 +138,117 @@ def node_numbers(quads, n_nodes):
 
 
 def check_mesh(nodes, quads):
-    """Raise ``InputError`` for anything that is not the mesh of one or more smooth shells."""
-    _check_connectivity(quads)
+    """Raise ``InputError`` for anything that cannot be the mesh of a shell."""
+    check_connectivity(quads)
     _check_nodes(nodes, quads)
     _check_shapes(nodes, quads)
 
 
-def mean_normals(nodes, quads):
-    """Nodal normals (n_nodes, 3), the mean of the unit element normals, Eqs. (13), (14).
+class Directors(NamedTuple):
+    """Mid-surface normals of a mesh: one a node, several where plates meet at a junction.
+
+    Attributes:
+        normals: (n_directors, 3) unit vectors, node after node.
+        first: (n_nodes + 1,) those of node i are ``first[i] .. first[i + 1] - 1``.
+        vertices: (n_elem, 4) director of every vertex.
+    """
+
+    normals: np.ndarray
+    first: np.ndarray
+    vertices: np.ndarray
+
+
+def find_directors(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
+    """Directors of all nodes: means of the unit element normals of a patch, Eqs. (13), (14).
+
+    Around a node the elements fall into patches: neighbours across an edge belong together where
+    their normals there differ by less than ``fold_angle`` [degrees], or where their numbers in
+    ``patches`` (n_elem,) are the same.  A node with several patches is a junction.
 
     Raises:
-        InputError: they cancel, or a node lies on a fold (junctions of several plates are not
-            smooth and need more rotational variables).
+        InputError: normals cancel or differ too much within a patch, all plates of a junction are
+            coplanar, or an element is inverted against a neighbour of its patch.
     """
-    corners = nodes[quads]
-    normals = np.stack([_vertex_normals(corners, corner) for corner in CORNERS], axis=1)
-    total = np.zeros_like(nodes)
-    np.add.at(total, quads, normals)
+    normals = np.stack([_vertex_normals(nodes[quads], corner) for corner in CORNERS], axis=1)
+    links = np.array(list(_smooth_links(quads, normals, fold_angle, patches)),
+                     dtype=np.int64).reshape(-1, 2)
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(quads.size,) * 2)
+    count, group = connected_components(graph, directed=False)
+    node = np.empty(count, dtype=np.int64)
+    node[group] = quads.ravel()
+    order = np.argsort(node, kind="stable")
+    rank = np.empty(count, dtype=np.int64)
+    rank[order] = np.arange(count)
+    node, vertices = node[order], rank[group].reshape(quads.shape)
+    total = np.zeros((count, 3))
+    np.add.at(total, vertices, normals)
     length = np.linalg.norm(total, axis=1)
     if np.any(length < 1e-6):
-        raise InputError(f"node {int(np.argmin(length))}: the normals of its elements cancel")
+        raise InputError(f"node {node[np.argmin(length)]}: the normals of its elements cancel")
     mean = total / length[:, None]
-    angle = np.degrees(np.arccos(np.clip(np.einsum("eic,eic->ei", normals, mean[quads]), -1, 1)))
-    if angle.max() > LARGEST_FOLD:
+    cosine = np.einsum("eic,eic->ei", normals, mean[vertices])
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    if angle.max() > LARGEST_DEVIATION:
         element, vertex = np.unravel_index(np.argmax(angle), angle.shape)
         raise InputError(f"node {quads[element, vertex]}: the normal of element {element} is "
-                         f"{angle.max():.0f} degrees from the mean there, at most "
-                         f"{LARGEST_FOLD:g} make a smooth shell: refine the mesh; folds and "
-                         "junctions are not supported")
-    return mean
+                         f"{angle.max():.0f} degrees from the mean of its patch there, at most "
+                         f"{LARGEST_DEVIATION:g} make a smooth shell: refine the mesh")
+    first = np.searchsorted(node, np.arange(len(nodes) + 1))
+    return _spread(Directors(mean, first, vertices))
+
+
+def _smooth_links(quads, normals, fold_angle, patches):
+    """Pairs of vertices (4 element + corner) that share a node and a patch across an edge.
+
+    At a junction, plates on either side that go on smoothly but have opposite normals count as two.
+    """
+    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+    ordered = np.sort(edges, axis=1)
+    order = np.lexsort((ordered[:, 1], ordered[:, 0]))
+    new = np.any(np.diff(ordered[order], axis=0) != 0, axis=1)
+    limit = np.cos(np.radians(fold_angle))
+    flat = normals.reshape(-1, 3)
+    for uses in np.split(order, np.flatnonzero(new) + 1):
+        for k, one in enumerate(uses):
+            for other in uses[k + 1:]:
+                # vertices of both elements at either end of the edge
+                ends = [one, one - one % 4 + (one + 1) % 4]
+                there = [other - other % 4 + (other + 1) % 4, other]
+                same_way = bool(edges[one, 0] == edges[other, 0])
+                if same_way:
+                    there = there[::-1]
+                cosine = min(flat[a] @ flat[b] * (-1.0 if same_way else 1.0)
+                             for a, b in zip(ends, there))
+                elements = one // 4, other // 4
+                smooth = (cosine > limit if patches is None
+                          else patches[elements[0]] == patches[elements[1]])
+                if smooth and same_way and len(uses) == 2:
+                    raise InputError(
+                        f"element {elements[1]} is inverted against its neighbour {elements[0]}: "
+                        f"both run from node {edges[one, 0]} to node {edges[one, 1]}")
+                if smooth and not same_way:
+                    yield from zip(ends, there)
+
+
+def _spread(directors):
+    """The same directors, those of a junction ordered so that its first two are least parallel.
+
+    Raises:
+        InputError: the plates of a junction are coplanar.
+    """
+    normals, first, vertices = directors
+    swapped = np.arange(len(normals))
+    for i in np.flatnonzero(np.diff(first) > 1):
+        members = np.arange(first[i], first[i + 1])
+        pairs = list(combinations(members, 2))
+        sizes = [np.linalg.norm(np.cross(normals[a], normals[b])) for a, b in pairs]
+        best = int(np.argmax(sizes))
+        if sizes[best] < LEAST_SPREAD:
+            raise InputError(f"node {i}: the {len(members)} plates that meet there are coplanar, "
+                             "no junction of plates: join them in one patch")
+        swapped[members] = [*pairs[best], *(m for m in members if m not in pairs[best])]
+    back = np.argsort(swapped)
+    return Directors(normals[swapped], first, back[vertices])
 
 
 def _vertex_normals(corners, corner):
@@ -177,6 +266,8 @@ def _check_nodes(nodes, quads):
     if not np.all(used):
         raise InputError(f"node {int(np.argmin(used))} belongs to no element")
     size = np.ptp(nodes, axis=0).max()
+    if size < TINY:
+        raise InputError(f"nodes: the mesh is {size:g} m large, must be {TINY:g} m at least")
     pairs = cKDTree(nodes).query_pairs(MERGE * size, output_type="ndarray")
     if len(pairs):
         first, second = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))[0]]
@@ -184,8 +275,8 @@ def _check_nodes(nodes, quads):
                          f"{nodes[first].tolist()}")
 
 
-def _check_connectivity(quads):
-    """No repeated node or element; neighbours have one orientation."""
+def check_connectivity(quads):
+    """Raise ``InputError`` for a repeated node or element."""
     for k, quad in enumerate(quads):
         if len(set(quad.tolist())) < 4:
             raise InputError(f"element {k}: nodes {quad.tolist()} repeat, a quad needs four")
@@ -196,7 +287,6 @@ def _check_connectivity(quads):
         k = int(duplicate[0])
         raise InputError(f"element {k} duplicates element {int(first[inverse.ravel()[k]])}: nodes "
                          f"{quads[k].tolist()}")
-    _check_orientation(quads)
 
 
 def _check_shapes(nodes, quads):
@@ -217,19 +307,3 @@ def _check_shapes(nodes, quads):
         vertex = int(np.argmin(determinants[k]))
         raise InputError(f"element {k}: degenerate, inverted or not convex at its node "
                          f"{quads[k, vertex]} (nodes {quads[k].tolist()})")
-
-
-def _check_orientation(quads):
-    """Two elements must run through a shared edge in opposite directions."""
-    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
-    _, first, counts = np.unique(edges, axis=0, return_index=True, return_counts=True)
-    sides, uses = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
-    if np.any(uses > 2):
-        edge = sides[np.argmax(uses)]
-        raise InputError(f"the edge between nodes {edge[0]} and {edge[1]} belongs to "
-                         f"{uses.max()} elements: junctions are not supported")
-    if np.any(counts > 1):
-        edge = edges[first[np.argmax(counts > 1)]]
-        owners = np.flatnonzero((edges == edge).all(axis=1)) // 4
-        raise InputError(f"element {owners[1]} is inverted against its neighbour {owners[0]}: both "
-                         f"run from node {edge[0]} to node {edge[1]}")

@@ -4,16 +4,17 @@ A frozen dataclass of read-only float64 arrays, entity axis first, checked when 
 SI units throughout.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from .checks import choice, floats, number, vector
+from .checks import TINY, choice, existing, floats, integers, number, vector
 from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants
 from .errors import InputError
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
-from .mesh import check_mesh, mean_normals, node_numbers
+from .mesh import FOLD_ANGLE, Directors, check_mesh, find_directors, node_numbers
 
 STEEPEST_COMPONENT = 0.9
 """Largest square of a single normal component that a support may hold: beyond, the normal is as
@@ -31,14 +32,19 @@ class Model:
         loads: :class:`NodalLoad` s, :class:`NodalMoment` s and :class:`Pressure` s; see
             :mod:`solver.loads` for line and surface loads.
         supports: :class:`Support` s; none for a free-flying shell.
-        normals: (n_nodes, 3) initial unit normals; left out, the mean of the element normals at
-            each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved shell that
-            mean is one-sided: give the exact ones there.
+        normals: (n_directors, 3) initial unit normals; left out, the mean of the element normals
+            at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved shell that
+            mean is one-sided: give the exact ones there.  A smooth shell has one director a node;
+            a junction has one for each plate that meets there, in the order of ``directors``.
         velocity: (n_nodes, 3) initial dx/dt [m/s].
-        normal_velocity: (n_nodes, 3) initial dp/dt [1/s], tangential to the normals.
+        normal_velocity: (n_directors, 3) initial dp/dt [1/s], tangential to the normals.
         membrane: assumed membrane field: ``stress`` (Pian-Sumihara), ``strain``, or
             ``compatible`` (none: locks; for comparison).
         shear: transverse shear field: ``mitc4`` or ``compatible`` (locks; for comparison).
+        fold_angle: neighbours whose normals differ by this angle [degrees] or more belong to
+            different plates, which meet at a junction.
+        patches: (n_elem,) numbers of the plates, instead of finding them by the angle.
+        directors: :class:`solver.mesh.Directors`, found when the model is made.
 
     Raises:
         InputError: for anything that cannot be a shell, naming it.
@@ -57,6 +63,9 @@ class Model:
     normal_velocity: np.ndarray = None
     membrane: str = "stress"
     shear: str = "mitc4"
+    fold_angle: float = FOLD_ANGLE
+    patches: np.ndarray = None
+    directors: Directors = field(init=False)
 
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
@@ -65,14 +74,15 @@ class Model:
         check_mesh(nodes, quads)
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = _per_element(name, getattr(self, name), len(quads))
-            _require(values > 0.0, values, f"{name} must be positive [{unit}]")
+            _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
         poisson = _per_element("poisson", self.poisson, len(quads))
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
-        _set(self, poisson=poisson, normals=self._given_normals())
-        for name in ("velocity", "normal_velocity"):
+        _set(self, poisson=poisson, directors=self._find_directors())
+        _set(self, normals=self.directors.normals)
+        for name, shape in (("velocity", nodes.shape), ("normal_velocity", self.normals.shape)):
             given = getattr(self, name)
-            values = floats(name, np.zeros_like(nodes) if given is None else given, nodes.shape)
+            values = floats(name, np.zeros(shape) if given is None else given, shape)
             _set(self, **{name: values})
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
@@ -80,17 +90,24 @@ class Model:
              supports=_items("supports", self.supports, (Support,)))
         self._check_loads()
         self._check_supports()
-        tilt = np.abs(np.einsum("ij,ij->i", self.normal_velocity, self.normals))
-        if np.any(tilt > 1e-9 * (1.0 + np.abs(self.normal_velocity).max())):
-            raise InputError(f"normal_velocity of node {int(np.argmax(tilt))} is not tangential "
-                             "to its normal")
+        self._check_normal_velocity()
 
-    def _given_normals(self):
-        """The normals given, checked, or the mean of the element normals, Eqs. (13), (14)."""
-        mean = mean_normals(self.nodes, self.quads)
+    def _find_directors(self):
+        """Directors by Eqs. (13), (14), or with the normals given, checked."""
+        fold_angle = number("fold_angle", self.fold_angle, "degrees")
+        if not 0.0 < fold_angle <= 90.0:
+            raise InputError(f"fold_angle must lie in (0, 90] [degrees], is {fold_angle:g}")
+        if self.patches is not None:
+            patches = np.array(integers("patches", self.patches))
+            if len(patches) != len(self.quads):
+                raise InputError(f"patches: {len(patches)} given, one an element "
+                                 f"({len(self.quads)}) needed")
+            _set(self, patches=patches)
+        found = find_directors(self.nodes, self.quads, fold_angle, self.patches)
+        mean = floats("normals", found.normals, found.normals.shape)
         if self.normals is None:
-            return floats("normals", mean, mean.shape)
-        normals = floats("normals", self.normals, self.nodes.shape)
+            return found._replace(normals=mean)
+        normals = floats("normals", self.normals, mean.shape)
         length = np.linalg.norm(normals, axis=1)
         if np.any(np.abs(length - 1.0) > 1e-9):
             k = int(np.argmax(np.abs(length - 1.0)))
@@ -100,15 +117,32 @@ class Model:
             k = int(np.argmin(aligned))
             raise InputError(f"normals[{k}] is more than 60 degrees from the mean normal of its "
                              "elements")
-        return floats("normals", normals / length[:, None], normals.shape)
+        return found._replace(normals=floats("normals", normals / length[:, None], normals.shape))
+
+    def _check_normal_velocity(self):
+        """dp/dt is tangential, and at a junction that of a rigid motion of all its directors."""
+        p, p_dot = self.normals, self.normal_velocity
+        small = 1e-9 * (1.0 + np.abs(p_dot).max())
+        tilt = np.abs(np.einsum("ij,ij->i", p_dot, p))
+        first = self.directors.first
+        if np.any(tilt > small):
+            node = np.searchsorted(first, np.argmax(tilt), side="right") - 1
+            raise InputError(f"normal_velocity of node {node} is not tangential to its normal")
+        for i in np.flatnonzero(np.diff(first) > 1):
+            members = slice(first[i], first[i + 1])
+            # the angles between its directors do not change
+            change = p[members] @ p_dot[members].T
+            if np.abs(change + change.T).max() > small:
+                raise InputError(f"normal_velocity of node {i}: the plates of a junction turn "
+                                 "together")
 
     @cached_property
     def elements(self):
         """Constants of all elements, :class:`solver.element.Elements`."""
         constants = element_constants(
-            self.nodes[self.quads], self.normals[self.quads], self.thickness, self.youngs,
-            self.poisson, self.density, membrane=self.membrane, shear=self.shear)
-        return Elements(nodes=self.quads, directors=self.quads, **constants)
+            self.nodes[self.quads], self.normals[self.directors.vertices], self.thickness,
+            self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
+        return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
 
     @property
     def fixed(self):
@@ -132,16 +166,28 @@ class Model:
     def _check_loads(self):
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
-                _exist(f"load {k}: element", load.elements or (), len(self.quads))
+                existing(f"load {k}: element", load.elements or (), len(self.quads))
             else:
-                _exist(f"load {k}: node", (load.node,), len(self.nodes))
+                existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):
+        motions = {}
         for k, support in enumerate(self.supports):
-            _exist(f"support {k}: node", support.nodes, len(self.nodes))
+            existing(f"support {k}: node", support.nodes, len(self.nodes))
+            motion = (support.displacement, support.history) if support.displacement else None
+            for node, component in product(support.nodes, support.components):
+                first, other = motions.setdefault((node, component), (k, motion))
+                if motion != other:
+                    raise InputError(f"node {node}: supports {first} and {k} give {component} "
+                                     "different displacements or histories")
         held = self.fixed[:, 3:]
+        first = self.directors.first
+        part = (np.diff(first) > 1) & held.any(axis=1) & ~held.all(axis=1)
+        if np.any(part):
+            raise InputError(f"node {int(np.argmax(part))}: several plates meet there, a support "
+                             "fixes px, py and pz of all of them or none")
         single = held & (held.sum(axis=1) == 1)[:, None]
-        steep = single & (self.normals**2 > STEEPEST_COMPONENT)
+        steep = single & (self.normals[first[:-1]]**2 > STEEPEST_COMPONENT)
         if np.any(steep):
             node, c = np.argwhere(steep)[0]
             raise InputError(f"node {node}: its normal is nearly along {'xyz'[c]}, so that a "
@@ -186,9 +232,3 @@ def _items(name, given, kinds):
             known = ", ".join(kind.__name__ for kind in kinds)
             raise InputError(f"{name}[{k}] must be one of {known}, is {item!r}")
     return items
-
-
-def _exist(what, numbers, count):
-    for item in numbers:
-        if not 0 <= item < count:
-            raise InputError(f"{what} {item} does not exist (0 to {count - 1})")

@@ -32,10 +32,9 @@ class Numbering:
         return np.repeat(order, 3 + self.n_rot[order])
 
 
-def number_dofs(quads, n_nodes):
-    """Number the dofs of a smooth shell in the best node order found."""
-    n_rot = np.full(n_nodes, 2, dtype=np.int64)
-    candidates = [_number(quads, n_rot, order) for order in node_orders(quads, n_nodes)]
+def number_dofs(quads, n_rot):
+    """Number the dofs in the best node order found; ``n_rot`` (n_nodes,) rotational variables."""
+    candidates = [_number(quads, n_rot, order) for order in node_orders(quads, len(n_rot))]
     return min(candidates, key=_factorization_work)
 
 

@@ -4,13 +4,15 @@ The number of steps is known when a run starts, so every dataset is created at i
 its disk space is claimed at once; afterwards only numbers at fixed places change.  Two checkpoint
 slots are written in turn, each valid only together with its checksum, and the file is closed
 between writes.  So a run killed at any moment leaves a file that opens, and that resumes from the
-newest valid slot.
+newest valid slot.  A run that goes on longer than planned (an arc length) moves into a file of
+twice the size, which takes the place of the old one once it is complete.
 
-Layout (SI units; row 0 of every history is t = 0):
+Dynamics and statics differ in the fields of a history row and of a frame, which the first row and
+frame define.  Layout (SI units; row 0 of every history is the start):
 
-- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY``;
-- ``/frames/step`` (n_frames,), ``/frames/displacement`` and ``/frames/normal``
-  (n_frames * n_nodes, 3), ``/frames/strain_energy`` (n_frames * n_elem,): frame after frame;
+- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY`` of ``simulation`` and of ``statics``;
+- ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
+  ``displacement``, (n_frames * n_elem,) of element values, frame after frame;
 - ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step
   and checksum; ``/model``: nodes and quads;
 - ``/VTKHDF``: the frames again, as links, with the mesh and its time steps.
@@ -18,6 +20,7 @@ Layout (SI units; row 0 of every history is t = 0):
 
 import json
 import os
+import stat
 import tempfile
 import uuid
 import zlib
@@ -27,7 +30,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .errors import ResultFileError
+from .errors import InputError, ResultFileError
 from .system import State
 
 FORMAT = "corovec-run-2"
@@ -35,66 +38,46 @@ FORMAT = "corovec-run-2"
 METADATA = 200_000
 """Bytes that the headers of a file take at most (measured: 36 kB)."""
 
-HISTORY = np.dtype([
-    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
-    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
-    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
-    ("iterations", "i4"), ("residual", "f8"), ("switches", "i4"), ("halvings", "i4"),
-    ("indefinite", "i4")])
-"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
-
 
 class Recorder:
-    """Writes one run to one file; see the module."""
+    """Writes one run to one file; see the module.
 
-    def __init__(self, path, shape):
-        self.path = path
-        self.n_nodes, self.n_elem, self.n_frames = shape
+    A frame is ``(index, time, {"PointData": {name: (n_nodes, 3)}, "CellData": {name: (n_elem,)}})``
+    with the time under which ParaView shows it; times must ascend.
+    """
+
+    def __init__(self, path, model, description):
+        self.path, self.model, self.description = path, model, description
         self._run = uuid.uuid4().hex
 
     @classmethod
-    def create(cls, path, model, description, state, rows, frame, frame_steps, n_steps,
-               overwrite):
-        """A new file with all its space reserved, and its first row, frame and checkpoint."""
-        path = writable_path(path, overwrite)
-        recorder = cls(path, (len(model.nodes), len(model.quads), len(frame_steps)))
-        partial = None
+    def create(cls, path, model, description, state, rows, frame, frame_steps, overwrite):
+        """A new file with all its space reserved, and its first row, frame and checkpoint; the
+        last of ``frame_steps`` is the last step."""
+        recorder = cls(writable_path(path, overwrite), model, description)
         try:
-            handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
-            os.close(handle)
-            partial = Path(name)
-            # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
-            _claim(partial, recorder._bytes(model, state, n_steps))
-            with h5py.File(partial, "w", locking=False) as file:
-                recorder._layout(file, model, description, state, frame_steps, n_steps)
-                recorder._write(file, 0, state, rows, 0, frame)
-            _claim(partial, partial.stat().st_size)
-            partial.chmod(0o666 & ~_umask())
-            os.replace(partial, path)
+            with recorder._new(state, rows.dtype, frame, frame_steps) as file:
+                recorder._write(file, 0, state, rows, frame)
         except OSError as error:
-            raise ResultFileError(f"{path} cannot be created: {_reason(error)}") from None
-        finally:
-            if partial is not None:
-                partial.unlink(missing_ok=True)
+            raise ResultFileError(f"{recorder.path} cannot be created: "
+                                  f"{_reason(error)}") from None
         return recorder
 
     @classmethod
-    def resume(cls, path, description):
-        """Continue a file of the same run; returns (recorder, step, state, history so far)."""
-        path = Path(path).resolve()
-        with _opened(path, "r") as file:
-            _check_same_run(path, _description(file, path), description)
-            step, state = _read_checkpoint(file, path)
+    def resume(cls, path, model, description, state):
+        """Continue a file of the same run: fills ``state``; returns (recorder, step, history)."""
+        recorder = cls(Path(path).resolve(), model, description)
+        with _opened(recorder.path, "r") as file:
+            _check_same_run(recorder.path, _description(file, recorder.path), description)
+            step, packed = _read_checkpoint(file, recorder.path)
+            _unpack(packed, state)
             history = _read_history(file, step)
-            shape = (len(file["model/nodes"]), len(file["model/quads"]), len(file["frames/step"]))
-        recorder = cls(path, shape)
-        with _opened(path, "r+") as file:
+        with _opened(recorder.path, "r+") as file:
             file.attrs.modify("run", recorder._run)
-        return recorder, step, state, history
+        return recorder, step, history
 
-    def write(self, step, state, rows, first_row, frame):
-        """Append history ``rows`` from ``first_row``, the frame ``(index, displacement, normals,
-        element energies)``, and a checkpoint after ``step`` steps."""
+    def write(self, step, state, rows, frame):
+        """Append the history ``rows`` up to ``step``, a frame, and a checkpoint."""
         if not self.path.exists():
             raise ResultFileError(f"{self.path} has vanished, its run cannot go on after step "
                                   f"{step}")
@@ -103,56 +86,74 @@ class Recorder:
                 if file.attrs.get("run") != self._run:
                     raise ResultFileError(f"{self.path} has been taken over by another run; this "
                                           f"one stops after step {step}")
-                self._write(file, step, state, rows, first_row, frame)
+                full = step > file["frames/step"][-1]
+                if not full:
+                    self._write(file, step, state, rows, frame)
+            if full:
+                with (self._new(state, rows.dtype, frame, np.arange(2 * step)) as longer,
+                      h5py.File(self.path, "r", locking=False) as file):
+                    _copy(file, longer)
+                    self._write(longer, step, state, rows, frame)
         except OSError as error:
             raise ResultFileError(f"{self.path} cannot be written after step {step}: "
                                   f"{_reason(error)}; the file keeps the state of its last "
                                   "checkpoint") from None
 
-    def _write(self, file, step, state, rows, first_row, frame):
-        index, displacement, normals, energy = frame
-        history, frames = file["history"], file["frames"]
-        for name in HISTORY.names:
-            history[name][first_row:first_row + len(rows)] = rows[name]
-        nodes = slice(index * self.n_nodes, (index + 1) * self.n_nodes)
-        frames["displacement"][nodes] = displacement
-        frames["normal"][nodes] = normals
-        frames["strain_energy"][index * self.n_elem:(index + 1) * self.n_elem] = energy
-        steps = file["VTKHDF/Steps"]
-        steps["Values"][index] = rows["time"][-1]
+    @contextmanager
+    def _new(self, state, row, frame, frame_steps):
+        """An empty file with all its space reserved, in the place of ``path`` once it is filled."""
+        with replacing(self.path) as partial:
+            # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
+            _claim(partial, self._bytes(state, row, frame, frame_steps))
+            with h5py.File(partial, "w", locking=False) as file:
+                self._layout(file, state, row, frame, frame_steps)
+                yield file
+            _claim(partial, partial.stat().st_size)
+
+    @staticmethod
+    def _write(file, step, state, rows, frame):
+        index, time, data = frame
+        history, steps = file["history"], file["VTKHDF/Steps"]
+        for name in rows.dtype.names:
+            history[name][step + 1 - len(rows):step + 1] = rows[name]
+        for _, name, values in _fields(data):
+            file["frames"][name][index * len(values):(index + 1) * len(values)] = values
+        file.flush()
+        # VTK reads all values into room for NSteps: there must never be more of them
+        steps.attrs.modify("NSteps", np.int64(index + 1))
+        file.flush()
+        steps["Values"].resize((index + 1,))
+        steps["Values"][index] = time
         file.flush()
         _write_checkpoint(file["checkpoint"], index % 2, step, state)
-        file.flush()
-        steps.attrs.modify("NSteps", np.int64(index + 1))
 
-    def _bytes(self, model, state, n_steps):
+    def _bytes(self, state, row, frame, frame_steps):
         """An upper bound of the file's size."""
-        checkpoint = _pack(state).nbytes
-        frame = 48 * self.n_nodes + 8 * self.n_elem + 100
-        mesh = 2 * (model.nodes.nbytes + model.quads.nbytes) + 9 * self.n_elem
-        return (HISTORY.itemsize * (n_steps + 1) + frame * self.n_frames + 2 * checkpoint + mesh
-                + METADATA)
+        model, fields = self.model, _fields(frame[2])
+        each = sum(values.nbytes + 8 for _, _, values in fields) + 56
+        mesh = 2 * (model.nodes.nbytes + model.quads.nbytes) + 9 * len(model.quads)
+        return (row.itemsize * (frame_steps[-1] + 1) + each * len(frame_steps)
+                + 2 * _pack(state).nbytes + mesh + METADATA)
 
-    def _layout(self, file, model, description, state, frame_steps, n_steps):
+    def _layout(self, file, state, row, frame, frame_steps):
         file.attrs["format"] = FORMAT
-        file.attrs["description"] = json.dumps(description)
+        file.attrs["description"] = json.dumps(self.description)
         file.attrs["run"] = self._run
-        file.create_dataset("model/nodes", data=model.nodes)
-        file.create_dataset("model/quads", data=model.quads)
-        for name in HISTORY.names:
-            field = HISTORY[name]
-            _reserve(file, f"history/{name}", (n_steps + 1, *field.shape), field.base)
+        file.create_dataset("model/nodes", data=self.model.nodes)
+        file.create_dataset("model/quads", data=self.model.quads)
+        history = file.create_group("history", track_order=True)
+        for name in row.names:
+            _reserve(history, name, (frame_steps[-1] + 1, *row[name].shape), row[name].base)
         file.create_dataset("frames/step", data=np.asarray(frame_steps, dtype=np.int64))
-        _reserve(file, "frames/displacement", (self.n_frames * self.n_nodes, 3))
-        _reserve(file, "frames/normal", (self.n_frames * self.n_nodes, 3))
-        _reserve(file, "frames/strain_energy", (self.n_frames * self.n_elem,))
+        for _, name, values in _fields(frame[2]):
+            _reserve(file["frames"], name, (len(frame_steps) * len(values), *values.shape[1:]))
         _reserve(file, "checkpoint/state", (2, len(_pack(state))))
         file.create_dataset("checkpoint/stamp", data=np.array([[-1, 0], [-1, 0]]))
-        self._vtk(file, model)
+        self._vtk(file, _fields(frame[2]), len(frame_steps))
 
-    def _vtk(self, file, model):
+    def _vtk(self, file, fields, n_frames):
         """VTKHDF transient unstructured grid; its point and cell data are links to the frames."""
-        n_nodes, n_elem, n_frames = self.n_nodes, self.n_elem, self.n_frames
+        n_nodes, n_elem = len(self.model.nodes), len(self.model.quads)
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array([2, 0], dtype=np.int64)
         root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
@@ -160,73 +161,106 @@ class Recorder:
         root["NumberOfCells"] = np.array([n_elem], dtype=np.int64)
         root["NumberOfConnectivityIds"] = np.array([4 * n_elem], dtype=np.int64)
         root["Points"] = file["model/nodes"]
-        root["Connectivity"] = model.quads.ravel()
+        root["Connectivity"] = self.model.quads.ravel()
         root["Offsets"] = np.arange(n_elem + 1, dtype=np.int64) * 4
         root["Types"] = np.full(n_elem, 9, dtype=np.uint8)
-        root["PointData/displacement"] = file["frames/displacement"]
-        root["PointData/normal"] = file["frames/normal"]
-        root["CellData/strain_energy"] = file["frames/strain_energy"]
         steps = root.create_group("Steps")
         steps.attrs["NSteps"] = np.int64(0)
-        _reserve(steps, "Values", (n_frames,))
+        _reserve(steps, "Values", (1,), maxshape=(n_frames,), chunks=(n_frames,))
         zeros, frames = np.zeros(n_frames, dtype=np.int64), np.arange(n_frames, dtype=np.int64)
         steps["PartOffsets"] = zeros
         steps["NumberOfParts"] = zeros + 1
         steps["PointOffsets"] = zeros
         steps["CellOffsets"] = zeros[:, None]
         steps["ConnectivityIdOffsets"] = zeros[:, None]
-        steps["PointDataOffsets/displacement"] = frames * n_nodes
-        steps["PointDataOffsets/normal"] = frames * n_nodes
-        steps["CellDataOffsets/strain_energy"] = frames * n_elem
+        for place, name, values in fields:
+            root[f"{place}/{name}"] = file[f"frames/{name}"]
+            steps[f"{place}Offsets/{name}"] = frames * len(values)
 
 
 def read(path):
-    """Contents of a result file up to its newest checkpoint.
+    """Contents of a result file, of dynamics or statics, up to its newest checkpoint.
 
     Returns:
-        dict: ``description`` (dict), ``step``, ``n_steps``, ``history`` (structured array of
-        ``HISTORY``), ``frame_steps`` (n,), ``displacement`` and ``normal`` (n, n_nodes, 3),
-        ``strain_energy`` (n, n_elem), ``nodes``, ``quads``.
+        dict: ``description`` (dict), ``step``, ``n_steps`` (there is room for), ``history``
+        (structured array of step + 1 rows), ``frame_steps`` (n,), ``displacement`` and ``normal``
+        (n, n_nodes, 3), ``strain_energy`` (n, n_elem), in statics ``reaction`` (n, n_nodes, 3),
+        ``nodes``, ``quads``.
 
     Raises:
         ResultFileError: no such file, not a corovec file, or damaged.
     """
-    path = writable_path(path, overwrite=True)
+    path, _ = _regular_file(path)
     with _opened(path, "r") as file:
         description = _description(file, path)
         step, _ = _read_checkpoint(file, path)
-        frames = file["frames"]
-        frame_steps = frames["step"][:]
-        written = int(np.sum(frame_steps <= step))
-        n_nodes, n_elem = len(file["model/nodes"]), len(file["model/quads"])
+        planned = file["frames/step"][:]
+        written = int(np.sum(planned <= step))
+        frames = {}
+        for name, values in file["frames"].items():
+            size = len(values) // len(planned)
+            frames[name] = values[:written * size].reshape(written, size, *values.shape[1:])
         return {
-            "description": description, "step": step, "n_steps": len(file["history/time"]) - 1,
-            "history": _read_history(file, step), "frame_steps": frame_steps[:written],
-            "displacement": frames["displacement"][:written * n_nodes].reshape(-1, n_nodes, 3),
-            "normal": frames["normal"][:written * n_nodes].reshape(-1, n_nodes, 3),
-            "strain_energy": frames["strain_energy"][:written * n_elem].reshape(-1, n_elem),
-            "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+            "description": description, "step": step, "n_steps": int(planned[-1]),
+            "history": _read_history(file, step), "frame_steps": frames.pop("step").ravel(),
+            **frames, "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+
+
+def output_path(output, overwrite, resume):
+    """The file that a run may write to, or None; see :func:`writable_path`."""
+    if resume and overwrite:
+        raise InputError("resume and overwrite exclude each other")
+    return None if output is None else writable_path(output, overwrite or resume)
 
 
 def writable_path(path, overwrite=False):
     """``path`` with links resolved.
 
     Raises:
-        ResultFileError: it is no path, exists and is not to be overwritten, or is not a file.
+        ResultFileError: it is no path, exists and is not to be overwritten, is not a file, or has
+            no folder to be in.
     """
-    try:
-        if not os.fspath(path):
-            raise ValueError("empty")
-        path = Path(path).resolve()
-        exists, regular = path.exists(), path.is_file()
-    except (TypeError, ValueError, OSError, RuntimeError) as error:
-        raise ResultFileError(f"{path!r} is not a path of a file: {_reason(error)}") from None
-    if exists and not regular:
-        raise ResultFileError(f"{path} is not a regular file")
+    path, exists = _regular_file(path)
     if exists and not overwrite:
         raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
                               "continue it")
+    if not path.parent.is_dir():
+        raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path
+
+
+@contextmanager
+def replacing(path):
+    """A temporary file beside ``path`` that takes its place at the end, unless something fails."""
+    partial = None
+    try:
+        handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
+        os.close(handle)
+        partial = Path(name)
+        yield partial
+        partial.chmod(0o666 & ~_umask())
+        os.replace(partial, path)
+    finally:
+        if partial is not None:
+            partial.unlink(missing_ok=True)
+
+
+def _regular_file(given):
+    """``given`` as a path with links resolved, and whether it exists."""
+    try:
+        if not os.fspath(given):
+            raise ValueError("empty")
+        path = Path(given).resolve()
+        try:
+            regular = stat.S_ISREG(path.stat().st_mode)
+        except (FileNotFoundError, NotADirectoryError):
+            return path, False
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        raise ResultFileError(f"{str(given)!r} is not a path of a file: "
+                              f"{_reason(error)}") from None
+    if not regular:
+        raise ResultFileError(f"{path} is not a regular file")
+    return path, True
 
 
 @contextmanager
@@ -260,12 +294,28 @@ def _check_same_run(path, there, here):
         raise ResultFileError(f"{path} is from other parameters: its model is another one{what}")
 
 
-def _reserve(group, name, shape, dtype="f8"):
-    """A contiguous dataset with its place in the file, not yet written."""
+def _fields(data):
+    """(place, name, values) of every field of a frame."""
+    return [(place, name, values) for place, fields in data.items()
+            for name, values in fields.items()]
+
+
+def _copy(file, longer):
+    """All rows and frames of a full ``file`` into the first places of a ``longer`` one."""
+    for group in ("history", "frames"):
+        for name, values in file[group].items():
+            longer[group][name][:len(values)] = values[...]
+    values, times = file["VTKHDF/Steps/Values"][...], longer["VTKHDF/Steps/Values"]
+    times.resize(values.shape)
+    times[...] = values
+
+
+def _reserve(group, name, shape, dtype="f8", **layout):
+    """A dataset with its place in the file, not yet written; contiguous, if not told otherwise."""
     places = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     places.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     places.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    group.create_dataset(name, shape, dtype, dcpl=places)
+    group.create_dataset(name, shape, dtype, dcpl=places, **layout)
 
 
 def _claim(path, size):
@@ -285,16 +335,14 @@ def _pack(state):
     return np.concatenate([*arrays, [state.external_work]])
 
 
-def _unpack(packed, n_nodes):
-    """The state of :func:`_pack`."""
-    n_dof = (len(packed) - 1 - 18 * n_nodes) // 2
-    shapes = ((n_nodes, 3), (n_nodes, 3), (n_nodes, 3), (n_nodes, 3, 3), (n_dof,), (n_dof,))
-    arrays, at = [], 0
-    for shape in shapes:
-        size = int(np.prod(shape))
-        arrays.append(packed[at:at + size].reshape(shape).copy())
-        at += size
-    return State(*arrays, external_work=float(packed[at]))
+def _unpack(packed, state):
+    """Fill ``state`` from :func:`_pack`."""
+    at = 0
+    for name in State.ARRAYS:
+        array = getattr(state, name)
+        array[...] = packed[at:at + array.size].reshape(array.shape)
+        at += array.size
+    state.external_work = float(packed[at])
 
 
 def _checksum(packed, step):
@@ -310,23 +358,24 @@ def _write_checkpoint(group, slot, step, state):
 
 
 def _read_checkpoint(file, path):
-    """(step, state) of the newest slot whose checksum holds."""
+    """(step, packed state) of the newest slot whose checksum holds."""
     group = file["checkpoint"]
-    stamps, n_nodes = group["stamp"][...], len(file["model/nodes"])
+    stamps = group["stamp"][...]
     for slot in np.argsort(-stamps[:, 0], kind="stable"):
         step, crc = (int(value) for value in stamps[slot])
         packed = group["state"][slot]
         if step >= 0 and crc == _checksum(packed, step):
-            return step, _unpack(packed, n_nodes)
+            return step, packed
     raise ResultFileError(f"{path} is damaged: neither of its two checkpoints is intact")
 
 
 def _read_history(file, step):
     """History rows up to ``step``."""
     group = file["history"]
-    history = np.zeros(step + 1, dtype=HISTORY)
-    for name in HISTORY.names:
-        history[name] = group[name][:step + 1]
+    history = np.zeros(step + 1, [(name, column.dtype, column.shape[1:])
+                                  for name, column in group.items()])
+    for name, column in group.items():
+        history[name] = column[:step + 1]
     return history
 
 

@@ -1,21 +1,18 @@
 """Running a model: settings, the loop over time steps, and the result."""
 
-import hashlib
-import platform
 import time
-from dataclasses import asdict, dataclass
-from importlib import metadata
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from .checks import choice, integer, number
+from .checks import choice, instance, integer, number, positive
 from .errors import InputError
 from .linear import SOLVERS
 from .loads import NodalLoad, TimeFunction
 from .model import Model
-from .recorder import HISTORY, Recorder, writable_path
+from .provenance import describe
+from .recorder import Recorder, output_path
 from .scheme import make_scheme
 from .system import AXES, NewtonRule, Seconds, StepRecord, System
 
@@ -24,6 +21,14 @@ DEFAULT_FRAMES = 200
 
 MOST_STEPS = 1e8
 """Longest history: 16 GB."""
+
+HISTORY = np.dtype([
+    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
+    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("iterations", "i4"), ("residual", "f8"), ("switches", "i4"), ("halvings", "i4"),
+    ("indefinite", "i4")])
+"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
 
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
@@ -57,13 +62,12 @@ class Settings:
     frame_every: int = 0
 
     def __post_init__(self):
-        for name, unit in (("dt", "s"), ("end_time", "s"), ("rho_inf", ""), ("tolerance", "")):
-            object.__setattr__(self, name, number(name, getattr(self, name), unit))
+        for name in ("dt", "end_time"):
+            object.__setattr__(self, name, positive(name, getattr(self, name), "s"))
+        for name in ("rho_inf", "tolerance"):
+            object.__setattr__(self, name, number(name, getattr(self, name)))
         for name in ("min_iterations", "max_iterations", "frame_every"):
             object.__setattr__(self, name, integer(name, getattr(self, name)))
-        for name in ("dt", "end_time"):
-            if getattr(self, name) <= 0.0:
-                raise InputError(f"{name} must be positive [s], is {getattr(self, name):g}")
         steps = self.end_time / self.dt
         if steps > MOST_STEPS:
             raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
@@ -113,8 +117,9 @@ class Result:
     """Histories and last state of a run.
 
     Attributes:
-        history: (n_steps + 1,) structured array, fields of ``solver.recorder.HISTORY``.
-        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3).
+        history: (n_steps + 1,) structured array, fields of ``solver.simulation.HISTORY``.
+        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
+            junction that of its first plate.
         unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
@@ -194,13 +199,12 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
+    instance("model", model, Model)
+    instance("settings", settings, Settings)
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
-    if resume and overwrite:
-        raise InputError("resume and overwrite exclude each other")
-    if output is not None:
-        output = writable_path(output, overwrite or resume)
+    output = output_path(output, overwrite, resume)
     _check_impulses(model, settings)
     with threadpool_limits(1):
         return _simulate(model, settings, output, overwrite, resume, progress, case)
@@ -217,14 +221,14 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     frame_of_step = {int(s): k for k, s in enumerate(frame_steps)}
     if output is not None:
         description = describe(model, settings, system.solver.name, case)
-        if resume and Path(output).exists():
-            recorder, done, state, rows = Recorder.resume(output, description)
+        if resume and output.exists():
+            recorder, done, rows = Recorder.resume(output, model, description, state)
             history[:done + 1] = rows
             system.observe(state)
         else:
             _fill(history[0], 0.0, system.observe(state), state, StepRecord())
             recorder = Recorder.create(output, model, description, state, history[:1],
-                                       _frame(system, state, 0), frame_steps, n_steps, overwrite)
+                                       _frame(system, state, 0, 0.0), frame_steps, overwrite)
     else:
         _fill(history[0], 0.0, system.observe(state), state, StepRecord())
     written = done + 1
@@ -236,14 +240,15 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
                                  settings.dt, record)
         _fill(history[step], step * settings.dt, instant, state, record)
         if recorder and step in frame_of_step:
-            recorder.write(step, state, history[written:step + 1], written,
-                           _frame(system, state, frame_of_step[step]))
+            recorder.write(step, state, history[written:step + 1],
+                           _frame(system, state, frame_of_step[step], history["time"][step]))
             written = step + 1
         if progress is not None:
             progress(step, n_steps, history[step])
     system.seconds.total = time.perf_counter() - clock
-    return Result(history, state.x - model.nodes + state.x_low, system.p.copy(), model.unloaded_at,
-                  bool(model.supports), system.solver.name, system.seconds, settings)
+    return Result(history, state.x - model.nodes + state.x_low, system.nodal_normals,
+                  model.unloaded_at, bool(model.supports), system.solver.name, system.seconds,
+                  settings)
 
 
 def _check_impulses(model, settings):
@@ -276,42 +281,6 @@ def warm_up():
     return time.perf_counter() - clock
 
 
-def describe(model, settings, solver, case=None):
-    """What a result file says of its run; a resumed run must agree but for versions and machine."""
-    return {"case": case, "fingerprint": fingerprint(model), "settings": asdict(settings),
-            "nodes": len(model.nodes), "elements": len(model.quads), "membrane": model.membrane,
-            "shear": model.shear, "solver": solver, "unloaded_at": model.unloaded_at,
-            "supported": bool(model.supports),
-            "versions": versions(), "machine": machine()}
-
-
-def fingerprint(model):
-    """SHA-256 of everything that defines a model."""
-    digest = hashlib.sha256()
-    for array in (model.nodes, model.quads, model.thickness, model.youngs, model.poisson,
-                  model.density, model.normals, model.velocity, model.normal_velocity):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
-    return digest.hexdigest()
-
-
-def versions():
-    """Versions that a result depends on."""
-    names = ("corovec", "numpy", "scipy", "numba", "h5py")
-    return {"python": platform.python_version(), **{name: metadata.version(name) for name in names}}
-
-
-def machine():
-    """Processor and operating system."""
-    model = platform.processor() or platform.machine()
-    try:
-        with open("/proc/cpuinfo") as info:
-            model = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
-    except (OSError, StopIteration):
-        pass
-    return {"processor": model, "system": f"{platform.system()} {platform.machine()}"}
-
-
 def _fill(row, time_, instant, state, record):
     for name, value in (
             ("time", time_), ("kinetic_energy", instant.kinetic),
@@ -326,6 +295,8 @@ def _fill(row, time_, instant, state, record):
         row[name] = value
 
 
-def _frame(system, state, index):
+def _frame(system, state, index, time_):
     displacement = state.x - system.model.nodes + state.x_low
-    return index, displacement, system.p, system.element_energy
+    return index, time_, {"PointData": {"displacement": displacement,
+                                        "normal": system.nodal_normals},
+                          "CellData": {"strain_energy": system.element_energy}}

@@ -7,24 +7,33 @@ the rotational variables may be switched after every iteration.
 """
 
 import time
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from threadpoolctl import threadpool_limits
 
-from .checks import floats, integer, number
+from .checks import count, floats, instance, integer, number, positive
 from .errors import InputError, StepError
 from .kernels import assembly
 from .linear import SingularMatrix
 from .loads import CONSTANT
-from .system import State, System
+from .model import Model
+from .provenance import describe
+from .recorder import output_path
+from .static_result import Rows, StaticResult
+from .system import NOT_TOLD, State, System
 
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Step factors of equilibrium at the end of the increment: no inertia, no averaging."""
 
 LARGEST_TURN = 1.0
 """Largest rotation of a normal in one iteration [rad]."""
+
+ROOM = 100
+"""Steps of an arc length that a file has room for at first."""
 
 
 @dataclass(frozen=True)
@@ -50,42 +59,13 @@ class StaticSettings:
     def __post_init__(self):
         object.__setattr__(self, "tolerance", number("tolerance", self.tolerance))
         for name in ("max_iterations", "fast_iterations", "max_divisions"):
-            integer(name, getattr(self, name))
+            object.__setattr__(self, name, integer(name, getattr(self, name)))
         if not 0 <= self.max_divisions <= 40:
             raise InputError(f"max_divisions must lie in [0, 40], is {self.max_divisions}")
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
         if self.max_iterations < 2:
             raise InputError(f"max_iterations must be at least 2, is {self.max_iterations}")
-
-
-@dataclass(frozen=True)
-class StaticResult:
-    """Equilibrium states, one a row.
-
-    Attributes:
-        factors: (n,) load factors.
-        displacement: (n, n_nodes, 3) [m]; normals: (n, n_nodes, 3).
-        strain_energy: (n,) [J].
-        reactions: (n, n_nodes, 3) forces of the supports [N].
-        iterations: (n,) Newton iterations since the row before; steps: (n,) load steps taken.
-        works: works of the corrections of the last step, first to last.
-        solver: the linear solver that ran.
-        indefinite: factorizations with negative pivots (None: the solver does not tell).
-        seconds: wall-clock seconds.
-    """
-
-    factors: np.ndarray
-    displacement: np.ndarray
-    normals: np.ndarray
-    strain_energy: np.ndarray
-    reactions: np.ndarray
-    iterations: np.ndarray
-    steps: np.ndarray
-    works: tuple
-    solver: str
-    indefinite: int
-    seconds: float
 
 
 def solve_linear(model, solver="skyline"):
@@ -101,12 +81,14 @@ def solve_linear(model, solver="skyline"):
     correction = path.solve_increment(path.prescribed(1.0), 1.0)
     system, start = path.system, path.system.numbering.start
     displacement = correction[start[:, None] + np.arange(3)]
-    change = np.stack([A1[:, :2] @ correction[first + 3:first + 5]
-                       for A1, first in zip(system.A1, start)])
+    change = np.stack([A1[:, :n] @ correction[first + 3:first + 3 + n] for A1, first, n in
+                       zip(system.A1[model.directors.first[:-1]], start, system.numbering.n_rot)])
     return displacement, change
 
 
-def load_control(model, factors, settings=StaticSettings(), progress=None):
+@threadpool_limits.wrap(limits=1)
+def load_control(model, factors, settings=StaticSettings(), progress=None, *, output=None,
+                 overwrite=False, resume=False):
     """Equilibrium at each of the ascending load ``factors``, from zero load.
 
     A step that does not converge is divided, and grows again where it converges fast.
@@ -114,21 +96,28 @@ def load_control(model, factors, settings=StaticSettings(), progress=None):
     Args:
         model: :class:`solver.Model` with supports; factors: load factors to stop at.
         settings: :class:`StaticSettings`; progress: called with (factor, last factor).
+        output: result file (HDF5), which gets a row and a frame for zero load and each factor.
+        overwrite: replace ``output`` if it exists.
+        resume: continue ``output`` from its last factor if it exists.
 
     Returns:
         :class:`StaticResult`, a row for each factor.
 
     Raises:
         InputError: factors do not ascend, or a mechanism is left free.
+        ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: no convergence even with the smallest step; at a limit point use arc length.
     """
     factors = floats("load factors", factors, (None,)) if np.size(factors) else np.zeros(0)
     if not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
         raise InputError("load factors must be a list of numbers that ascend from above zero")
+    output = output_path(output, overwrite, resume)
     clock = time.perf_counter()
-    path, rows = _Path(model, settings), []
-    reached, step = 0.0, factors[0]
-    for target in factors:
+    path = _Path(model, settings)
+    path.begin(factors[0], output, overwrite, resume, len(factors), method="load control",
+               factors=_listed(factors))
+    for target in factors[len(path.rows) - 1:]:
+        reached, step = path.rows.reached
         iterations, steps = 0, 0
         step = max(step, 0.25 * (target - reached))
         smallest = (target - reached) / 2**settings.max_divisions
@@ -144,13 +133,15 @@ def load_control(model, factors, settings=StaticSettings(), progress=None):
             step = 0.5 * (goal - reached)
             if step < smallest:
                 raise StepError(f"no equilibrium beyond load factor {reached:.6g}: {failure}")
-        rows.append(path.row(target, iterations, steps))
+        path.append(target, iterations, steps, step, shown=target)
         if progress is not None:
             progress(target, factors[-1])
-    return path.result(rows, clock)
+    return path.result(1, clock)
 
 
-def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, wanted=5):
+@threadpool_limits.wrap(limits=1)
+def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, wanted=5, *,
+               output=None, overwrite=False, resume=False):
     """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
 
     Every load must be proportional to the load factor (constant history).  A step satisfies
@@ -160,59 +151,102 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
     Args:
         model: :class:`solver.Model`; length: first arc length [m].
         until: function of a row ``(factor, displacement)`` that ends the path when true.
-        settings, max_steps, wanted: see above.
+        settings, wanted: see above; max_steps: steps of the path at most.
+        output: result file (HDF5), which gets every row and frame; ParaView shows their numbers as
+            time, because factors may fall.
+        overwrite: replace ``output`` if it exists.
+        resume: continue ``output`` from its last row if it exists; ``until`` may be another.
 
     Returns:
         :class:`StaticResult`, a row for each step, the first at zero load.
 
     Raises:
-        InputError: a load depends on time or follows the shell, or a displacement is prescribed.
+        InputError: a load depends on time or follows the shell, none acts on a free component, or
+            a displacement is prescribed.
+        ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: no convergence even with the smallest length, or ``until`` not met in time.
     """
-    length = number("arc length", length, "m")
-    if length <= 0.0:
-        raise InputError(f"arc length must be positive [m], is {length:g}")
+    length = positive("arc length", length, "m")
+    max_steps, wanted = count("max_steps", max_steps), count("wanted", wanted)
+    if not callable(until):
+        raise InputError("until must be a function of (factor, displacement)")
+    instance("model", model, Model)
     if any(load.history != CONSTANT for load in model.loads):
         raise InputError("arc length needs loads without a history of their own")
     if any(support.displacement for support in model.supports):
         raise InputError("arc length cannot prescribe displacements")
+    output = output_path(output, overwrite, resume)
     clock = time.perf_counter()
     path = _Path(model, settings)
     if not path.system.all_dead:
         raise InputError("arc length needs dead nodal forces")
-    rows, factor, last, smallest = [path.row(0.0, 0, 0)], 0.0, None, length * 1e-6
-    for _ in range(max_steps):
-        used, outcome = path.arc_step(factor, length, last)
+    if not np.any(path._free(path.system.loads_at(1.0)[0])):
+        raise InputError("arc length needs a load that is not zero where no support holds")
+    smallest = length * 1e-6
+    path.begin(length, output, overwrite, resume, ROOM, method="arc length", length=length,
+               wanted_iterations=wanted)
+    factor, length = path.rows.reached
+    while len(path.rows) == 1 or not until(factor, path.rows.displacement(-1)):
+        if len(path.rows) > max_steps:
+            raise StepError(f"the path did not reach its end within {max_steps} steps")
+        used, outcome = path.arc_step(factor, length)
         if isinstance(outcome, str):
             length *= 0.5
             if length < smallest:
                 raise StepError(f"no equilibrium beyond load factor {factor:.6g}: {outcome}")
             continue
-        factor, last = outcome
-        rows.append(path.row(factor, used, 1))
-        if until(factor, rows[-1][1]):
-            return path.result(rows, clock)
         length *= min(2.0, np.sqrt(wanted / used))
-    raise StepError(f"the path did not reach its end within {max_steps} steps")
+        factor = outcome
+        path.append(factor, used, 1, length, shown=len(path.rows))
+    return path.result(0, clock)
 
 
 class _Path:
-    """A state that is moved from equilibrium to equilibrium."""
+    """A state that is moved from equilibrium to equilibrium, and a row of each of them."""
 
     def __init__(self, model, settings):
-        self.settings = settings
+        instance("model", model, Model)
+        self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver)
         self.state = self.system.initial_state()
         self.indefinite = 0
         self.works = []
+        self.rows = Rows(self.system, self.state)
+        self._translations = self.system.numbering.start[:, None] + np.arange(3)
         self._zero = np.zeros(self.system.numbering.n_dof)
         self._prescribed = _prescribed(model, self.system.numbering)
         _check_held(model)
 
+    def begin(self, first_step, output, overwrite, resume, n_steps, **plan):
+        """The row of zero load, or every row of the file that is continued."""
+        if output is None:
+            self.append(0.0, 0, 0, first_step, 0.0)
+            return
+        description = describe(self.system.model, self.settings, self.system.solver.name, **plan)
+        if resume and output.exists():
+            self.rows.resume(output, description)
+        else:
+            self.append(0.0, 0, 0, first_step, 0.0)
+            self.rows.create(output, description, n_steps, overwrite)
+
+    def append(self, factor, iterations, steps, next_step, shown):
+        """A row of the state; ``shown`` is its time in ParaView."""
+        residual = self.system.residual
+        instant = self._assemble(factor, tangent=False)
+        reactions = (residual[0] - residual[1])[self._translations]
+        self.rows.append((factor, instant.strain, reactions.sum(axis=0), iterations, steps,
+                          self.indefinite, next_step), reactions, shown)
+        self.indefinite = 0
+
+    def result(self, first, clock):
+        """:class:`StaticResult` of the rows from ``first`` on."""
+        return StaticResult(*self.rows.columns(first), tuple(self.works), self.system.solver.name,
+                            self.rows.indefinite, time.perf_counter() - clock)
+
     def prescribed(self, factor):
         """Prescribed displacements (n_dof,) at a load factor [m]."""
         values = self._zero.copy()
-        for history, pattern in self._prescribed:
+        for history, pattern in self._prescribed.items():
             values += (factor if history == CONSTANT else history(factor)) * pattern
         return values
 
@@ -241,12 +275,12 @@ class _Path:
         return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
                                         f"{work / max(self.works):.2g}")
 
-    def arc_step(self, factor, length, last):
-        """One step of given length; (iterations, (factor, increment) or why it failed)."""
+    def arc_step(self, factor, length):
+        """One step of given length; (iterations, new factor or why it failed)."""
         backup, system = self._copy(), self.system
         moved, first = None, None
         system.mixed = False
-        displacements = np.sort((system.numbering.start[:, None] + np.arange(3)).ravel())
+        displacements = np.sort(self._translations.ravel())
         unit_load = system.loads_at(1.0)[0]
         for k in range(1, self.settings.max_iterations + 1):
             try:
@@ -257,8 +291,7 @@ class _Path:
             if k == 1:
                 # predictor along the tangent, onwards
                 size = length / np.linalg.norm(tangent[displacements])
-                onwards = last is None or last @ tangent[displacements] >= 0.0
-                change = size if onwards else -size
+                change = size if self._onwards(tangent) else -size
                 correction = change * tangent
                 moved = correction[displacements].copy()
                 first = abs(change * float(unit_load @ correction))
@@ -273,9 +306,16 @@ class _Path:
             factor += change
             self._move(correction)
             if k > 1 and work <= max(self.settings.tolerance * first, system.roundoff_work(0.0)):
-                return k, (factor, moved)
+                return k, factor
         return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
                                         f"{work / first:.2g}")
+
+    def _onwards(self, tangent):
+        """Whether ``tangent`` points away from the row before the last one."""
+        if len(self.rows) == 1:
+            return True
+        moved = self.rows.displacement(-1) - self.rows.displacement(-2)
+        return np.sum(moved * tangent[self._translations]) >= 0.0
 
     def solve_increment(self, pushed, factor):
         """First correction of a step with prescribed displacements: the free dofs follow linearly.
@@ -293,20 +333,6 @@ class _Path:
         self._factor()
         return self.system.solver.solve(residual) + pushed
 
-    def row(self, factor, iterations, steps):
-        """One row of a :class:`StaticResult`."""
-        system, state = self.system, self.state
-        instant = self._assemble(factor, tangent=False)
-        reactions = -system.residual[1] + system.residual[0]
-        start = system.numbering.start
-        return (factor, state.x - system.model.nodes + state.x_low, system.p.copy(),
-                instant.strain, reactions[start[:, None] + np.arange(3)], iterations, steps)
-
-    def result(self, rows, clock):
-        arrays = [np.array(column) for column in zip(*rows)]
-        return StaticResult(*arrays, tuple(self.works), self.system.solver.name, self.indefinite,
-                            time.perf_counter() - clock)
-
     def _loads(self, factor):
         return self.system.static_loads(factor)
 
@@ -317,13 +343,17 @@ class _Path:
 
     def _factor(self):
         try:
-            self.indefinite += bool(self.system.factorize())
+            self._factorize()
         except SingularMatrix as error:
             raise InputError(f"the shell is a mechanism: {error}") from None
 
+    def _factorize(self):
+        negative = self.system.factorize()
+        self.indefinite = NOT_TOLD if negative is None else self.indefinite + bool(negative)
+
     def _solve(self, factor):
         self._assemble(factor)
-        self.indefinite += bool(self.system.factorize())
+        self._factorize()
         return self.system.solver.solve(self.system.residual[0])
 
     def _free(self, vector):
@@ -361,7 +391,7 @@ def _check_held(model):
         inside = part == k
         held = fixed[inside]
         x = (model.nodes[inside] - model.nodes[inside].mean(axis=0)) / model.size
-        p = model.normals[inside]
+        p = model.normals[model.directors.first[:-1]][inside]
         motions = np.zeros((len(x), 6, 6))
         motions[:, :3, :3] = np.eye(3)
         for axis, omega in enumerate(np.eye(3)):
@@ -386,15 +416,20 @@ def _onto_arc(moved, correction, tangent, length):
     return max(candidates, key=lambda s: moved @ (base + s * tangent))
 
 
+def _listed(factors):
+    """Load factors in short, for the settings of a result file: number, ends and CRC-32."""
+    return (f"{len(factors)} from {factors[0]:g} to {factors[-1]:g} "
+            f"({zlib.crc32(factors.tobytes()):08x})")
+
+
 def _prescribed(model, numbering):
-    """(history, (n_dof,) displacement) of every support that moves."""
-    patterns = []
+    """``{history: (n_dof,) displacement}`` of the supports that move."""
+    patterns = {}
     for support in model.supports:
         if support.displacement != 0.0:
-            pattern = np.zeros(numbering.n_dof)
+            pattern = patterns.setdefault(support.history, np.zeros(numbering.n_dof))
             for node in support.nodes:
                 for component in support.components:
                     first = numbering.start[node]
                     pattern[first + "xyz".index(component)] = support.displacement
-            patterns.append((support.history, pattern))
     return patterns

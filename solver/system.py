@@ -114,15 +114,18 @@ class System:
         self.model = model
         self.follow = follow
         self.elements = model.elements
-        self.numbering = number_dofs(model.quads, len(model.nodes))
+        directors = model.directors
+        n_rot = np.where(np.diff(directors.first) == 1, 2, 3)
+        self.numbering = number_dofs(model.quads, n_rot)
         self.solver = make_solver(solver, self.numbering)
         self.seconds = Seconds()
         n_nodes, n_elem, n_dof = len(model.nodes), len(model.quads), self.numbering.n_dof
         self.fixed_component, fixed = _supports(model, self.numbering)
         self.fixed = fixed
         self._translations = self.numbering.start[:, None] + np.arange(3)
-        self._nodes = (self.numbering.start, self.numbering.n_rot, np.arange(n_nodes + 1),
-                       np.zeros((n_nodes, 3)))
+        # the nodal frame of a junction starts along the global axes, Eq. (12)
+        self._nodes = (self.numbering.start, self.numbering.n_rot, directors.first,
+                       model.normals.copy())
         self._numbering = (self._nodes, fixed, bool(fixed.any()))
         self.nodal_mass = np.zeros(n_nodes)
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
@@ -194,6 +197,11 @@ class System:
                                   velocity, self.p_dot, self._start, self.element_energy)
         return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
                        values[12])
+
+    @property
+    def nodal_normals(self):
+        """(n_nodes, 3) current normals; at a junction that of its first plate."""
+        return self.p[self.model.directors.first[:-1]]
 
     def predict_strains(self, state, correction):
         """Strain measures for a mixed tangent after ``correction``; see the kernel."""
@@ -352,7 +360,7 @@ def _supports(model, numbering):
         components = np.flatnonzero(mask[i, 3:])
         if len(components) == 1:
             fixed_component[i] = components[0]
-        fixed[first + 3:first + 3 + min(len(components), 2)] = True
+        fixed[first + 3:first + 3 + min(len(components), numbering.n_rot[i])] = True
     return fixed_component, fixed
 
 

@@ -7,11 +7,9 @@ import time
 
 import click
 
-from solver import ResultFileError
-from solver.recorder import writable_path
+from solver.recorder import replacing, writable_path
 
-from .case import OK
-from .registry import find, make_report
+from .registry import Outcome, find, make_report
 
 
 @click.command()
@@ -25,7 +23,8 @@ from .registry import find, make_report
 def verify(names, quick, list_only, output, overwrite, as_json):
     """Run verification cases: all, or those with the NAMES of cases or suites.
 
-    Exit status 1 if a row deviates without an explanation.
+    The file is written after every case.  Exit status 1 if a row deviates without an explanation
+    or a case ends with an error.
 
     \b
     Examples:
@@ -41,35 +40,46 @@ def verify(names, quick, list_only, output, overwrite, as_json):
             click.echo(f"{case.suite:<10} {case.name:<28} {case.claim}{slow}; {case.source}")
         return
     output = writable_path(output, overwrite)
-    if not output.parent.is_dir():
-        raise ResultFileError(f"{output} cannot be created: no folder {output.parent}")
-    results, failed = [], 0
+    outcomes = []
     from tqdm import tqdm
     with tqdm(cases, unit="case", disable=None, file=sys.stderr, leave=False) as bar:
         for case in bar:
             bar.set_postfix_str(case.name)
-            clock = time.perf_counter()
-            rows = case.run()
-            seconds = time.perf_counter() - clock
-            results.append((case, rows, seconds))
-            failed += sum(row.verdict not in OK for row in rows)
+            outcomes.append(_run(case))
+            report = make_report(outcomes, datetime.datetime.now().isoformat(timespec="seconds"),
+                                 complete=len(outcomes) == len(cases))
+            with replacing(output) as partial:
+                partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
             if not as_json:
-                _show(case, rows, seconds)
-    report = make_report(results, datetime.datetime.now().isoformat(timespec="seconds"))
-    with open(output, "w", encoding="utf-8") as file:
-        json.dump(report, file, indent=1)
+                _show(outcomes[-1])
+    open_rows = sum(outcome.deviations for outcome in outcomes)
+    errors = sum(outcome.error is not None for outcome in outcomes)
     if as_json:
         click.echo(json.dumps(report))
     else:
-        total = sum(len(rows) for _, rows, _ in results)
-        click.echo(f"{total - failed} of {total} rows as they should be, {failed} deviate without "
-                   f"explanation; written to {output}")
-    if failed:
+        total = sum(len(outcome.rows) for outcome in outcomes)
+        click.echo(f"{total - open_rows} of {total} rows as they should be, {open_rows} deviate "
+                   f"without explanation; {errors} of {len(cases)} cases failed; written to "
+                   f"{output}")
+    if open_rows or errors:
         sys.exit(1)
 
 
-def _show(case, rows, seconds):
-    click.echo(f"{case.suite}: {case.name} ({seconds:.1f} s): {case.claim}")
-    for row in rows:
+def _run(case):
+    """The outcome of one case, whatever it raises."""
+    clock = time.perf_counter()
+    try:
+        rows, error = case.run(), None
+    except Exception as raised:
+        rows, error = [], f"{type(raised).__name__}: {raised}"
+    return Outcome(case, rows, time.perf_counter() - clock, error)
+
+
+def _show(outcome):
+    case = outcome.case
+    click.echo(f"{case.suite}: {case.name} ({outcome.seconds:.1f} s): {case.claim}")
+    if outcome.error is not None:
+        click.echo(f"  failed: {outcome.error}")
+    for row in outcome.rows:
         click.echo(f"  {row.name:<64} {row.value:>12.6g} {row.reference:>12.6g} "
                    f"{row.difference:>+9.2%}  {row.verdict}")

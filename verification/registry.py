@@ -1,12 +1,24 @@
 """All verification cases, and the report of their verdicts."""
 
+from typing import NamedTuple
+
 from solver import InputError
-from solver.simulation import machine, versions
+from solver.provenance import machine, versions
 
-from .case import KINDS
-from .suites import dynamics, kernel, linear, mutants, nonlinear, patch, rotations, shear
+from .case import KINDS, OK, Case
+from .suites import (
+    dynamics,
+    junctions,
+    kernel,
+    linear,
+    mutants,
+    nonlinear,
+    patch,
+    rotations,
+    shear,
+)
 
-SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, mutants)
+SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 
@@ -14,23 +26,41 @@ def find(names=(), quick=False):
     """Cases by the names of cases or suites; all without names.
 
     Raises:
-        InputError: a name is neither a case nor a suite.
+        InputError: a name is neither a case nor a suite, or no case is left.
     """
     known = {case.name for case in CASES} | {case.suite for case in CASES}
     for name in names:
         if name not in known:
             raise InputError(f"'{name}' is neither a case nor a suite; corovec verify --list shows "
                              "them")
-    return [case for case in CASES
-            if (not names or case.name in names or case.suite in names)
-            and not (quick and case.slow)]
+    cases = [case for case in CASES
+             if (not names or case.name in names or case.suite in names)
+             and not (quick and case.slow)]
+    if not cases:
+        raise InputError(f"{', '.join(names)}: slow cases only, without quick ones")
+    return cases
 
 
-def make_report(results, date):
-    """Machine-readable verdicts of ``[(case, rows, seconds)]``."""
+class Outcome(NamedTuple):
+    """What became of a case: its rows, or the error that ended it."""
+
+    case: Case
+    rows: list
+    seconds: float
+    error: str | None
+
+    @property
+    def deviations(self):
+        """Number of rows that deviate without an explanation."""
+        return sum(row.verdict not in OK for row in self.rows)
+
+
+def make_report(outcomes, date, complete):
+    """Machine-readable verdicts of some cases, and whether these are all that were asked for."""
     return {
-        "date": date, "versions": versions(), "machine": machine(), "kinds": KINDS,
+        "date": date, "complete": complete, "versions": versions(), "machine": machine(),
+        "kinds": KINDS,
         "cases": [{"name": case.name, "suite": case.suite, "claim": case.claim,
                    "source": case.source, "definition": case.definition, "seconds": seconds,
-                   "rows": [row.as_dict() for row in rows]}
-                  for case, rows, seconds in results]}
+                   "error": error, "rows": [row.as_dict() for row in rows]}
+                  for case, rows, seconds, error in outcomes]}

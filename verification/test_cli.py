@@ -1,9 +1,17 @@
 """The command line, as a user meets it."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
 
 import pytest
+from click.testing import CliRunner
 
+import verification.cli
+from verification.case import Case, small
+from verification.cli import verify
 from verification.helpers import corovec
 
 QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
@@ -58,23 +66,28 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("run", "l-plate", "--rho-inf", "2"), "rho_inf must lie in [0, 1]"),
     (("run", "l-plate", "--membrane", "thick"), "membrane 'thick' is unknown"),
     (("run", "l-plate", "--resume"), "--resume needs --output"),
-    (("run", "l-plate", "--output", "/no/such/place.h5"), "cannot be created"),
+    (("run", "l-plate", "--output", "/no/such/place.h5"), "cannot be created: no folder"),
     (("info", "nothing.h5"), "nothing.h5 does not exist"),
     (("info", __file__), "damaged or not a result file"),
     (("converge", "plate"), "case 'plate' is unknown"),
     (("converge", "l-plate", "--dt", "5"), "at most 0.2 of the loading time"),
     (("converge", "l-plate", "--dt", "nan"), "dt must be finite"),
+    (("converge", "l-plate", "--elements", "30", "--elements", "31"), "no mesh of 31 elements"),
+    (("info", "/no/such/place.h5"), "place.h5 does not exist"),
+    (("verify", "patch-finite", "--output", "/no/such/place.json"), "cannot be created: no folder"),
+    (("verify", "slit-annulus", "--quick"), "slit-annulus: slow cases only"),
     (("run", "l-plate", "--dt", "1e-12"), "at most 1e+08 can be recorded"),
     (("run", "l-plate", "--scheme", "newmark", "--rho-inf", "0.5"), "belong to the scheme quasi"),
     (("run", "l-plate", "--output", ""), "is not a path of a file"),
-    (("run", "l-plate", "--output", "x" * 300), "is not a path of a file"),
+    (("run", "l-plate", "--output", "x" * 300), f"error: '{'x' * 300}' is not a path of a file"),
     (("run", "l-plate", "--output", "/dev/null", "--overwrite"), "is not a regular file"),
     (("run", "l-plate", "--dt", "0.25", "--end-time", "1", "--speed", "9"), "No such option"),
     (("dance",), "No such command 'dance'"),
 ])
 def test_wrong_usage_is_status_2_and_says_why(arguments, message):
+    """Nothing has been said or computed before."""
     done = corovec(*arguments)
-    assert done.returncode == 2
+    assert done.returncode == 2 and done.stdout == ""
     assert message in done.stderr and done.stderr.count("\n") == 1
 
 
@@ -82,3 +95,64 @@ def test_wrong_usage_is_status_2_and_says_why(arguments, message):
 def test_help_has_examples(command):
     done = corovec(*command.split(), "--help")
     assert done.returncode == 0 and "Example" in done.stdout and "corovec" in done.stdout
+
+
+def raises(error):
+    raise error
+
+
+GOOD = Case("good", "own", "claim", "source", "definition", lambda: [small("row", 0.0, 1.0, "")])
+BAD = Case("bad", "own", "claim", "source", "definition", lambda: raises(ValueError("no root")))
+HALTED = Case("halted", "own", "claim", "source", "definition", lambda: raises(KeyboardInterrupt()))
+
+
+def verdicts(monkeypatch, path, *cases):
+    """``corovec verify`` of some cases: its result and the file it leaves."""
+    monkeypatch.setattr(verification.cli, "find", lambda names, quick: cases)
+    done = CliRunner().invoke(verify, ["--output", str(path)], standalone_mode=False)
+    assert os.listdir(path.parent) == [path.name]
+    return done, json.loads(path.read_text())
+
+
+def test_a_case_that_raises_does_not_end_the_others(tmp_path, monkeypatch):
+    done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", BAD, GOOD)
+    assert done.exit_code == 1 and "failed: ValueError: no root" in done.stdout
+    assert "1 of 1 rows as they should be, 0 deviate" in done.stdout
+    assert "1 of 2 cases failed" in done.stdout and report["complete"] is True
+    assert [(case["error"], len(case["rows"])) for case in report["cases"]] == [
+        ("ValueError: no root", 0), (None, 1)]
+
+
+def test_verdicts_up_to_an_interrupt_are_kept(tmp_path, monkeypatch):
+    """The file is there after every case, and says that it is not complete."""
+    done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", GOOD, HALTED, GOOD)
+    assert done.exit_code != 0
+    assert report["complete"] is False
+    assert [case["name"] for case in report["cases"]] == ["good"]
+
+
+@pytest.mark.parametrize("module", ["solver.errors", "scipy", "numba"])
+def test_interrupt_while_libraries_load_is_one_line(module):
+    """Python tells what it has loaded (-X importtime), which makes the moment sure: the first
+    module of ours, or one in the middle of the slow ones."""
+    command = [sys.executable, "-X", "importtime", "-m", "corovec", "list"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as process:
+        while process.stderr.readline().split()[-1:] != [module]:
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate()
+    said = [line for line in err.splitlines() if line and not line.startswith("import time:")]
+    assert said == ["corovec: error: interrupted"] and out == "" and process.returncode == 130
+
+
+def test_interrupt_lost_in_a_callback_ends_the_process():
+    """As in the compiler's callbacks, whose exceptions Python drops."""
+    code = ("import corovec, solver.cli\n"
+            "class Lost:\n"
+            "    def __del__(self):\n"
+            "        raise KeyboardInterrupt\n"
+            "solver.cli.main = Lost\n"
+            "corovec.main()\n")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 130 and done.stderr.strip() == "corovec: error: interrupted"

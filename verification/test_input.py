@@ -9,15 +9,24 @@ from solver import (
     NodalLoad,
     NodalMoment,
     Pressure,
+    Scheme,
     Settings,
+    StaticSettings,
     Support,
     TimeFunction,
+    arc_length,
+    line_load,
+    line_moment,
+    load_control,
     rigid_velocity,
     simulate,
+    solve_linear,
+    surface_load,
 )
 from solver.cases import FOLDER, load_case, read_case
+from solver.checks import HUGE, TINY
 from solver.mesh import node_at
-from verification.models import MATERIAL
+from verification.models import MATERIAL, rectangle
 
 NODES = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], dtype=float)
 QUADS = np.array([(0, 1, 4, 3), (1, 2, 5, 4)])
@@ -55,20 +64,25 @@ def changed(index, value):
     (np.vstack([NODES, NODES[4] + 1e-12]), [(0, 1, 4, 3), (1, 2, 5, 6)],
      r"nodes 4 and 6 are at the same place \[1.0, 1.0, 0.0\]"),
     (NODES, np.zeros((0, 4), dtype=int), r"quads: shape \(0, 4\) given"),
+    (NODES * 1e90, QUADS, r"nodes\[1, 0\] is 1e\+90, must be finite and below 1e\+30"),
+    (NODES * 1e-99, QUADS, r"nodes: the mesh is 2e-99 m large, must be 1e-30 m at least"),
+    (np.ma.masked_equal(NODES, 2.0), QUADS, r"nodes: some values are masked"),
+    (list(np.ma.masked_equal(NODES, 2.0)), QUADS, r"nodes: some values are masked"),
+    (NODES, np.ma.masked_equal(QUADS, 5), r"quads: some values are masked"),
 ])
 def test_bad_mesh(nodes, quads, message):
     with pytest.raises(InputError, match=message) as error:
-        model(nodes, np.array(quads))
+        model(nodes, quads if np.ma.is_masked(quads) else np.array(quads))
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("options, message", [
-    ({"thickness": 0.0}, r"thickness must be positive \[m\], is 0 at element 0"),
-    ({"thickness": [0.1, -0.2]}, r"thickness must be positive \[m\], is -0.2 at element 1"),
+    ({"thickness": 0.0}, r"thickness must be positive \[m\], at least 1e-30, is 0 at element 0"),
+    ({"thickness": [0.1, -0.2]}, r"at least 1e-30, is -0.2 at element 1"),
     ({"thickness": [0.1, 0.1, 0.1]}, r"thickness: shape \(3,\) given, \(2\) needed"),
     ({"youngs": -1e6}, r"youngs must be positive \[Pa\]"),
     ({"density": 0.0}, r"density must be positive \[kg/m\^3\]"),
-    ({"density": np.nan}, r"density must be finite and below 1e\+100, is nan"),
+    ({"density": np.nan}, r"density must be finite and below 1e\+30, is nan"),
     ({"poisson": 0.5}, r"poisson must lie in \(-1, 0.5\), is 0.5 at element 0"),
     ({"poisson": -1.0}, r"poisson must lie in \(-1, 0.5\)"),
     ({"membrane": "magic"}, r"membrane 'magic' is unknown, must be one of: stress, strain"),
@@ -82,7 +96,11 @@ def test_bad_mesh(nodes, quads, message):
     ({"thickness": True}, r"thickness must be a number, is True"),
     ({"thickness": None}, r"thickness must be a number, is None"),
     ({"youngs": 1e6 + 1j}, r"youngs must be a number"),
-    ({"youngs": 1e200}, r"youngs must be finite and below 1e\+100"),
+    ({"thickness": 1e-99}, r"thickness must be positive \[m\], at least 1e-30, is 1e-99"),
+    ({"thickness": np.ma.masked}, r"thickness must be a number, is masked"),
+    ({"thickness": np.ma.array([0.1, 0.1], mask=[False, True])}, r"thickness: some values are m"),
+    ({"youngs": 10**400}, r"youngs must be a number, is 10+ \.\.\.$"),
+    ({"youngs": 1e200}, r"youngs must be finite and below 1e\+30"),
     ({"velocity": np.full((6, 3), 1e200)}, r"velocity\[0, 0\] is 1e\+200, must be finite"),
     ({"loads": None}, r"loads must be a list, is None"),
     ({"loads": [(0, (0, 0, 1))]}, r"loads\[0\] must be one of NodalLoad, NodalMoment, Pressure"),
@@ -96,6 +114,12 @@ def test_bad_properties(options, message):
 @pytest.mark.parametrize("make, message", [
     (lambda: model(loads=[NodalLoad(6, (0, 0, 1))]), r"load 0: node 6 does not exist \(0 to 5\)"),
     (lambda: model(loads=[Pressure(1.0, (2,))]), r"load 0: element 2 does not exist \(0 to 1\)"),
+    (lambda: NodalLoad(0, {1.0, 2.0, 3.0}), r"force must be three numbers \[N\], is {1.0, 2.0"),
+    (lambda: NodalLoad(0, {0: 1.0, 1: 2.0, 2: 3.0}), r"force must be three numbers \[N\], is {0:"),
+    (lambda: NodalLoad(0, np.ma.masked_equal([1.0, 2.0, 3.0], 2.0)),
+     r"force\[1\] must be a number \[N\], is masked"),
+    (lambda: NodalLoad(0, [np.zeros((9, 9)), 0, 1]), r"force\[0\] must be a number \[N\], is arr"),
+    (lambda: NodalLoad(0, [(1, (2, 3)), 0, 1]), r"force\[0\] must be a number \[N\], is \(1, \(2"),
     (lambda: NodalLoad(2, (0, np.nan, 1)), r"load at node 2: force\[1\] must be finite"),
     (lambda: NodalLoad(0, (0, 0)), r"load at node 0: force must be three numbers \[N\]"),
     (lambda: NodalLoad(0, "up!"), r"load at node 0: force must be three numbers \[N\]"),
@@ -106,6 +130,11 @@ def test_bad_properties(options, message):
     (lambda: NodalLoad(0, (0, 0, 1), 5.0), r"history must be a TimeFunction, is 5.0"),
     (lambda: NodalMoment(0, (0, 0)), r"load at node 0: moment must be three numbers \[N m\]"),
     (lambda: Pressure(np.inf), r"pressure must be finite"),
+    (lambda: Pressure(1.0, ()), r"pressure: elements must not be empty"),
+    (lambda: Pressure(1.0, (0, 1, 0)), r"pressure: elements: 0 is given 2 times"),
+    (lambda: Support((), ("x",)), r"support: nodes must not be empty"),
+    (lambda: Support((4, 3, 4), ("x",)), r"support: nodes: 4 is given 2 times"),
+    (lambda: Support({3, 4}, ("x",)), r"support: nodes must be a sequence of integers, is {3, 4}"),
     (lambda: model(supports=[Support((7,), ("x",))]), r"support 0: node 7 does not exist"),
     (lambda: Support((0,), ("rx",)), r"support: component 'rx' is unknown"),
     (lambda: Support((0,), "xyz"), r"support: components must be a list"),
@@ -118,32 +147,146 @@ def test_bad_properties(options, message):
     (lambda: rigid_velocity(model(), (0, 0, 0), "spin"), r"omega must be three numbers"),
 ])
 def test_bad_loads_and_supports(make, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError, match=message) as error:
         make()
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("nodes, line, force, message", [
+    (NODES, (0, 1, 6), (0, 0, 1), r"node 6 does not exist \(0 to 5\)"),
+    (NODES, (-1, 1), (0, 0, 1), r"node -1 does not exist"),
+    (NODES, (0.0, 1.0), (0, 0, 1), r"line\[0\] must be an integer, is 0.0"),
+    (NODES, "01", (0, 0, 1), r"line must be a sequence of integers, is '01'"),
+    (NODES, ("0", "1"), (0, 0, 1), r"line\[0\] must be an integer, is '0'"),
+    (NODES, 3, (0, 0, 1), r"line must be a sequence of integers, is 3"),
+    (NODES, {0, 1}, (0, 0, 1), r"line must be a sequence of integers, is {0, 1}"),
+    (NODES, (0, 1, 1, 2), (0, 0, 1), r"node 1 follows itself in the line"),
+    (NODES, (2,), (0, 0, 1), r"line must have two nodes or more, has 1"),
+    (NODES[:, :2], (0, 1), (0, 0, 1), r"nodes: shape \(6, 2\) given, \(n, 3\) needed"),
+    (NODES, (0, 1), (0, 1), r"must be three numbers \[N.*/m\], is \(0, 1\)"),
+    (NODES, (0, 1), 5.0, r"must be three numbers \[N.*/m\], is 5.0"),
+    (NODES, (0, 1), "abc", r"must be three numbers \[N.*/m\], is 'abc'"),
+    (NODES, (0, 1), (0, np.inf, 0), r"\[1\] must be finite"),
+])
+def test_bad_line_loads(nodes, line, force, message):
+    for what, make in (("line load: ", line_load), ("line moment: ", line_moment)):
+        with pytest.raises(InputError, match=f"^{what}.*{message}") as error:
+            make(nodes, line, force)
+        assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("nodes, quads, force, message", [
+    (NODES, [(0, 1, 4, 6)], (0, 0, 1), r"element 0: node 6 does not exist \(0 to 5\)"),
+    (NODES, [(0, 1, 4, -3)], (0, 0, 1), r"element 0: node -3 does not exist"),
+    (NODES, QUADS.astype(float), (0, 0, 1), r"quads: node numbers must be integers"),
+    (NODES, "all", (0, 0, 1), r"quads: shape \(\) given, \(n, 4\) needed"),
+    (NODES, QUADS[0], (0, 0, 1), r"quads: shape \(4,\) given"),
+    (NODES, [(0, 1, 4, 4)], (0, 0, 1), r"element 0: nodes \[0, 1, 4, 4\] repeat"),
+    (NODES, QUADS[[0, 1, 0]], (0, 0, 1), r"element 2 duplicates element 0"),
+    ("plate", QUADS, (0, 0, 1), r"surface load: nodes: not an array of numbers"),
+    (NODES, QUADS, (0, 1), r"surface load: force must be three numbers \[N/m\^2\]"),
+    (NODES, QUADS, (0, 0, None), r"surface load: force\[2\] must be a number .*, is None"),
+])
+def test_bad_surface_loads(nodes, quads, force, message):
+    with pytest.raises(InputError, match=message):
+        surface_load(nodes, quads, force)
+
+
+PUSH = TimeFunction((0.0, 1.0), (0.0, 1.0))
+
+
+@pytest.mark.parametrize("first, second", [
+    ({"displacement": 0.1}, {"displacement": 0.2}),
+    ({"displacement": 0.1}, {"displacement": 0.1, "history": PUSH}),
+    ({"displacement": 0.1}, {}), ({}, {"displacement": 0.1}),
+])
+def test_supports_that_contradict_each_other(first, second):
+    """A component has one displacement and one history; the same ones may be given again."""
+    with pytest.raises(InputError, match="node 4: supports 1 and 2 give z different displacements"):
+        model(supports=[Support((0,), ("x",)), Support((3, 4), ("y", "z"), **first),
+                        Support((4, 5), ("z", "x"), **second)])
+    for same in (first, second):
+        model(supports=[Support((3, 4), ("y", "z"), **same), Support((4, 5), ("z",), **same)])
+
+
+@pytest.mark.parametrize("call, settings", [
+    (simulate, Settings(0.1, 0.1)),
+    (lambda m, s: load_control(m, [1.0], s), StaticSettings()),
+    (lambda m, s: arc_length(m, 1.0, lambda factor, u: True, s), StaticSettings()),
+    (lambda m, s: solve_linear(m), None),
+], ids=["simulate", "load_control", "arc_length", "solve_linear"])
+def test_what_is_no_model_or_no_settings(call, settings):
+    for wrong in (None, {"nodes": NODES}, NODES):
+        with pytest.raises(InputError, match="^model must be a Model, is") as error:
+            call(wrong, settings)
+        assert "\n" not in str(error.value)
+    if settings is not None:
+        for wrong in (None, {"dt": 0.1}, Scheme("quasi", 0.5, 0.5, 0.5, 0.25)):
+            with pytest.raises(InputError, match=f"^settings must be a {type(settings).__name__}"):
+                call(model(), wrong)
+
+
+@pytest.mark.parametrize("size", [TINY, 0.4 * HUGE])
+@pytest.mark.parametrize("value", [TINY, 0.4 * HUGE])
+def test_numbers_within_the_bounds_neither_overflow_nor_underflow(size, value):
+    """At both ends of what is accepted; NumPy's warnings are errors in these tests."""
+    clamped = model(NODES * size, thickness=size, youngs=value, density=value,
+                    loads=[NodalLoad(5, (0, 0, value))],
+                    supports=[Support((0, 3), ("x", "y", "z", "px", "py", "pz"))])
+    displacement, _ = solve_linear(clamped)
+    assert np.all(np.isfinite(displacement)) and displacement[5, 2] > 0.0
+    free = model(NODES * size, thickness=size, youngs=value, density=value)
+    assert simulate(free, Settings(dt=1.0, end_time=1.0)).total_energy[-1] == 0.0
 
 
 def test_loads_are_plain_data_whatever_they_are_made_of():
     """The same load in other types has the same fingerprint; other supports another one."""
-    from solver.simulation import fingerprint
+    from solver.provenance import fingerprint
     pulse = TimeFunction(np.array([0, 1]), [1, 0])
     plain = model(loads=[NodalLoad(3, (0.0, 0.0, 1.0), TimeFunction((0.0, 1.0), (1.0, 0.0)))])
     other = model(loads=(NodalLoad(np.int64(3), np.array([0, 0, 1.0]), pulse),))
     assert fingerprint(plain) == fingerprint(other)
-    many = np.arange(2000) % 6
+    many = np.arange(2000)
     shifted = many.copy()
-    shifted[1000] = (shifted[1000] + 1) % 6
-    prints = {fingerprint(model(supports=[Support(nodes, ("x",))])) for nodes in (many, shifted)}
+    shifted[1000] = 2000
+    plate = rectangle(200.0, 10.0, (200, 10))
+    prints = {fingerprint(model(plate.nodes, plate.quads, supports=[Support(nodes, ("x",))]))
+              for nodes in (many, shifted)}
     assert len(prints) == 2
 
 
-def test_a_fold_and_a_junction_are_told():
-    """Plates that meet at an angle are not a smooth shell."""
-    folded = changed([2, 5], NODES[[1, 4]] + (0.0, 0.0, 1.0))
-    with pytest.raises(InputError, match="folds and junctions are not supported"):
-        model(folded)
-    nodes = np.vstack([NODES, NODES[[1, 4]] + (0.0, 0.0, 1.0)])
-    with pytest.raises(InputError, match="between nodes 1 and 4 belongs to 3 elements"):
-        model(nodes, np.vstack([QUADS, (1, 4, 7, 6)]))
+def corner(angle=90.0, flip=False, **options):
+    """Two plates that meet on an edge; ``angle`` between them, 180 when they go on straight."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    nodes = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (c, 0, s), (c, 1, s)]
+    return model(nodes, [(0, 1, 2, 3), (0, 4, 5, 3) if flip else (0, 3, 5, 4)], **options)
+
+
+def test_folds_are_junctions_from_the_fold_angle_on():
+    """Plates that meet at an angle share nodes with two directors, or are one by their numbers."""
+    assert np.diff(corner(90.0).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert np.diff(corner(136.0).directors.first).tolist() == [1, 1, 1, 1, 1, 1]
+    assert np.diff(corner(134.0).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert np.diff(corner(136.0, fold_angle=40).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
+    assert len(corner(110.0, patches=(7, 7)).normals) == 6
+    assert len(corner(160.0, patches=(1, 2)).normals) == 8
+
+
+@pytest.mark.parametrize("make, message", [
+    (lambda: corner(180.0, patches=(1, 2)), "node 0: the 2 plates that meet there are coplanar"),
+    (lambda: corner(0.5), "node 0: the 2 plates that meet there are coplanar"),
+    (lambda: corner(170.0, flip=True), "element 1 is inverted against its neighbour 0"),
+    (lambda: corner(80.0, patches=(1, 1)), "is 50 degrees from the mean of its patch"),
+    (lambda: corner(fold_angle=0.0), r"fold_angle must lie in \(0, 90\] \[degrees\], is 0"),
+    (lambda: corner(patches=(1, 2, 3)), r"patches: 3 given, one an element \(2\) needed"),
+    (lambda: corner(patches=(1, 2.5)), r"patches\[1\] must be an integer"),
+    (lambda: corner(supports=[Support((3,), ("px",))]), "node 3: several plates meet there"),
+    (lambda: corner(normals=np.tile((0, 0, 1.0), (6, 1))), r"normals: shape \(6, 3\) given"),
+    (lambda: corner(normal_velocity=np.eye(8, 3)), "normal_velocity of node"),
+])
+def test_bad_junctions(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
 
 
 def test_models_cannot_be_changed_behind_their_back():
@@ -183,6 +326,7 @@ def test_bad_time_function(times, values, message):
 
 @pytest.mark.parametrize("options, message", [
     ({"dt": 0.0}, "dt must be positive"), ({"dt": -1.0}, "dt must be positive"),
+    ({"dt": 1e-99, "end_time": 1e-98}, r"dt must be positive \[s\], at least 1e-30, is 1e-99"),
     ({"dt": np.nan}, "dt must be finite"),
     ({"end_time": np.inf}, "end_time must be finite"),
     ({"dt": 0.3}, "end_time 1 s is not a multiple of dt 0.3 s; the nearest ones are 0.9 and 1.2"),

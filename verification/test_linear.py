@@ -95,7 +95,7 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     """An indefinite tangent is solved all the same, and its negative pivots are counted."""
     rng = np.random.default_rng(0)
     model = rectangle(3.0, 2.0, (3, 2))
-    numbering = number_dofs(model.quads, len(model.nodes))
+    numbering = number_dofs(model.quads, np.full(len(model.nodes), 2))
     solver = solver_class(numbering)
     system = make_system(model)
     system.solver = solver
@@ -113,14 +113,14 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
 def test_singular_matrix_raises(solver_class):
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(SingularMatrix):
-        solver_class(number_dofs(model.quads, 4)).factor()
+        solver_class(number_dofs(model.quads, np.full(4, 2))).factor()
 
 
 def test_node_order_narrows_the_band():
     """L-plate 8x60: the mean row holds little more than one row of 9 nodes (45) plus a neighbour
     and a half row, although the corner couples two rows."""
     model = cross_code_plate(4)
-    numbering = number_dofs(model.quads, len(model.nodes))
+    numbering = number_dofs(model.quads, np.full(len(model.nodes), 2))
     solver = Skyline(numbering)
     n = numbering.n_dof
     assert n == 2745
@@ -131,4 +131,4 @@ def test_node_order_narrows_the_band():
 def test_unknown_solver():
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(InputError, match="solver 'cramer' is unknown, must be one of: auto"):
-        make_solver("cramer", number_dofs(model.quads, 4))
+        make_solver("cramer", number_dofs(model.quads, np.full(4, 2)))

@@ -1,22 +1,58 @@
 """Result files: safe against kills, bit-for-bit resume, readable by VTK."""
 
+import errno
 import os
 import resource
 import signal
 import subprocess
+import sys
 import time
 
 import h5py
 import numpy as np
 import pytest
 
-from solver import InputError, ResultFileError, Settings, read, simulate
+from solver import (
+    InputError,
+    ResultFileError,
+    Settings,
+    StaticSettings,
+    StepError,
+    arc_length,
+    line_load,
+    load_control,
+    read,
+    recorder,
+    simulate,
+    statics,
+)
 from solver.cases import load_case
 from verification.helpers import COMMAND, corovec
 from verification.models import cross_code_plate
+from verification.suites.nonlinear import roof, strip
 
 RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "2",
        "--frame-every", "25")
+
+STATIC_RUN = """
+import sys, time
+import numpy as np
+from solver import StaticSettings, arc_length, line_load, load_control, statics
+from verification.suites.nonlinear import roof, strip
+
+method, path = sys.argv[1:]
+statics.ROOM = 2
+if method == "load control":
+    model, _ = strip(10.0, 16, lambda X, tip: line_load(X, tip, (0.0, 0.0, 40.0)))
+    load_control(model, np.linspace(0.04, 1.0, 25), StaticSettings(max_iterations=4),
+                 progress=lambda *_: time.sleep(0.03), output=path, resume=True)
+else:
+    arc_length(roof(4, 12.7), 2.0, lambda factor, u: time.sleep(0.03) or u[0, 2] < -26.0,
+               output=path, resume=True)
+"""
+"""Both take steps of changing length: load control divides its first rows up to 11 times, the arc
+passes a limit point, and outgrows the room of its file three times."""
+
 
 def datasets(path):
     """Every dataset of a file but those that only say where and when it was written."""
@@ -40,33 +76,47 @@ def model():
     return cross_code_plate(1)
 
 
+def kill(command, path, target):
+    """Run ``command`` and SIGKILL it as soon as ``path`` has recorded ``target`` steps."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and process.poll() is None:
+        try:
+            if read(path)["step"] >= target:
+                break
+        except ResultFileError:
+            pass  # not there yet, or being written at this instant
+        time.sleep(0.005)
+    assert process.poll() is None, "the run ended before it could be killed"
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    contents = read(path)
+    assert target <= contents["step"] == len(contents["history"]) - 1
+    assert np.all(np.isfinite(contents["displacement"]))
+    return contents
+
+
 def test_killed_run_resumes_bit_for_bit(tmp_path):
     """SIGKILL in the middle, twice; the file opens each time and ends as if nothing happened."""
     whole, killed = tmp_path / "whole.h5", tmp_path / "killed.h5"
     assert corovec(*RUN, "--output", str(whole)).returncode == 0
     for target in (300, 1100):
-        process = subprocess.Popen(
-            [COMMAND, *RUN, "--output", str(killed),
-             *(["--resume"] if killed.exists() else [])],
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        deadline = time.monotonic() + 60.0
-        while time.monotonic() < deadline and process.poll() is None:
-            try:
-                if read(killed)["step"] >= target:
-                    break
-            except ResultFileError:
-                pass  # not there yet, or being written at this instant
-            time.sleep(0.005)
-        assert process.poll() is None, "the run ended before it could be killed"
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        contents = read(killed)
-        assert target <= contents["step"] < 2000
-        assert len(contents["history"]) == contents["step"] + 1
-        assert np.all(np.isfinite(contents["displacement"]))
+        resume = ["--resume"] if killed.exists() else []
+        assert kill([COMMAND, *RUN, "--output", str(killed), *resume], killed,
+                    target)["step"] < 2000
         info = corovec("info", str(killed))
         assert info.returncode == 0 and "steps planned          2000" in info.stdout
     assert corovec(*RUN, "--output", str(killed), "--resume").returncode == 0
+    assert_same_bits(whole, killed)
+
+
+@pytest.mark.parametrize("method", ["load control", "arc length"])
+def test_killed_static_run_resumes_bit_for_bit(tmp_path, method):
+    whole, killed = tmp_path / "whole.h5", tmp_path / "killed.h5"
+    run = [sys.executable, "-c", STATIC_RUN, method]
+    assert subprocess.run([*run, whole]).returncode == 0
+    assert kill([*run, killed], killed, 4)["step"] < read(whole)["step"]
+    assert subprocess.run([*run, killed]).returncode == 0
     assert_same_bits(whole, killed)
 
 
@@ -111,29 +161,225 @@ def test_file_holds_the_result(tmp_path, model):
     assert contents["description"]["versions"]["numpy"] == np.__version__
 
 
-def test_vtk_reads_the_frames(tmp_path, model):
-    """VTK's own reader (ParaView's) sees the mesh, the time steps and the same numbers."""
+def vtk_frames(path, times):
+    """What VTK's own reader (ParaView's) shows at ``times``: (time, points, {name: values})."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkDataObject
     from vtkmodules.vtkIOHDF import vtkHDFReader
-    path = tmp_path / "run.h5"
-    simulate(model, Settings(dt=0.01, end_time=0.5, frame_every=10), output=path)
-    contents, reader = read(path), vtkHDFReader()
+    with h5py.File(path) as file:
+        steps = file["VTKHDF/Steps"]
+        assert len(steps["Values"]) == steps.attrs["NSteps"], "VTK would overrun its memory"
+    reader = vtkHDFReader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
-    assert reader.GetNumberOfSteps() == 6
-    for k in (0, 3, 5):
-        reader.SetStep(k)
-        reader.Update()
+    assert reader.GetNumberOfSteps() == len(read(path)["displacement"])
+    for time_ in times:
+        reader.UpdateTimeStep(time_)
         grid = reader.GetOutputDataObject(0)
-        assert grid.GetNumberOfCells() == 30 and grid.GetNumberOfPoints() == 48
-        assert grid.GetInformation().Get(vtkDataObject.DATA_TIME_STEP()) == pytest.approx(0.1 * k)
-        points, cells = grid.GetPointData(), grid.GetCellData()
-        for name in ("displacement", "normal"):
-            assert np.array_equal(vtk_to_numpy(points.GetArray(name)), contents[name][k])
-        assert np.array_equal(vtk_to_numpy(cells.GetArray("strain_energy")),
-                              contents["strain_energy"][k])
-        assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), model.nodes)
+        assert grid.GetNumberOfCells() == len(read(path)["quads"])
+        arrays = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k))
+                  for data in (grid.GetPointData(), grid.GetCellData())
+                  for k in range(data.GetNumberOfArrays())}
+        yield (grid.GetInformation().Get(vtkDataObject.DATA_TIME_STEP()),
+               vtk_to_numpy(grid.GetPoints().GetData()), arrays)
+
+
+@pytest.mark.parametrize("last", [50, 35])
+def test_vtk_reads_the_frames(tmp_path, model, last):
+    """VTK's own reader sees the mesh, the time steps and the same numbers, of a run that is
+    interrupted too."""
+    path = tmp_path / "run.h5"
+
+    def interrupts(step, n_steps, row):
+        if step == last:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(model, Settings(dt=0.01, end_time=0.5, frame_every=10), output=path,
+                 progress=interrupts)
+    contents = read(path)
+    assert len(contents["frame_steps"]) == last // 10 + 1
+    times = 0.01 * contents["frame_steps"]
+    for k, (time_, points, arrays) in enumerate(vtk_frames(path, times)):
+        assert time_ == times[k]
+        assert np.array_equal(points, model.nodes)
+        assert arrays.keys() == {"displacement", "normal", "strain_energy"}
+        for name, values in arrays.items():
+            assert np.array_equal(values, contents[name][k])
+
+
+def bending(factors, **options):
+    """Load control of a strip under an end shear of 40 N/m."""
+    model, _ = strip(10.0, 16, lambda X, tip: line_load(X, tip, (0.0, 0.0, 40.0)))
+    return load_control(model, factors, **options)
+
+
+def snap_through(**options):
+    """Arc length of a shallow roof whose load falls between two limit points."""
+    return arc_length(roof(4, 12.7), 2.0, lambda factor, u: u[0, 2] < -26.0, **options)
+
+
+def test_static_file_holds_the_result(tmp_path):
+    """A row and a frame for zero load and every factor; VTK shows the factors as time."""
+    path, factors = tmp_path / "run.h5", (0.1, 0.3, 0.6, 1.0)
+    result = bending(factors, output=path)
+    assert_holds(path, result, 1)
+    contents = read(path)
+    assert contents["step"] == contents["n_steps"] == 4
+    assert contents["history"]["factor"].tolist() == [0.0, *factors]
+    # dead end shear of 40 N/m over a width of 1 m
+    assert np.allclose(contents["history"]["reaction"][:, 2],
+                       -40.0 * contents["history"]["factor"], atol=1e-6)
+    assert_shown(path, contents["history"]["factor"])
+    again = bending(factors, output=path, resume=True)
+    for name in ("factors", "displacement", "normals", "strain_energy", "reactions", "iterations",
+                 "steps", "indefinite", "solver"):
+        assert np.array_equal(getattr(again, name), getattr(result, name)), name
+    assert again.works == ()
+
+
+def test_arc_length_outgrows_its_file(tmp_path, monkeypatch):
+    """The file moves into longer ones without losing a row; VTK finds each frame by its number,
+    also where the factor falls."""
+    path = tmp_path / "run.h5"
+    monkeypatch.setattr(statics, "ROOM", 2)
+    result = snap_through(output=path)
+    assert np.any(np.diff(result.factors) < 0.0)
+    assert_holds(path, result, 0)
+    contents = read(path)
+    assert contents["n_steps"] == 23 and contents["step"] == len(result.factors) - 1 == 19
+    assert_shown(path, np.arange(len(result.factors)))
+    assert os.listdir(tmp_path) == ["run.h5"]
+    info = corovec("info", str(path))
+    assert f"largest factor         {result.factors.max():.6g}" in info.stdout
+    assert "steps planned" not in info.stdout
+
+
+def assert_holds(path, result, first):
+    """The rows of a static result, which begin with row ``first`` of its file."""
+    contents = read(path)
+    history = contents["history"][first:]
+    for name, values in (("factor", result.factors), ("strain_energy", result.strain_energy),
+                         ("reaction", result.reactions.sum(axis=1)), ("steps", result.steps),
+                         ("iterations", result.iterations)):
+        assert np.array_equal(history[name], values), name
+    for name, values in (("displacement", result.displacement), ("normal", result.normals),
+                         ("reaction", result.reactions)):
+        assert np.array_equal(contents[name][first:], values), name
+    assert np.allclose(contents["strain_energy"].sum(axis=1), contents["history"]["strain_energy"],
+                       rtol=1e-13)
+    assert history["indefinite"].sum() == result.indefinite
+
+
+def assert_shown(path, times):
+    """VTK shows every frame of a static file at its time."""
+    contents = read(path)
+    for k, (time_, points, arrays) in enumerate(vtk_frames(path, times)):
+        assert time_ == times[k] and np.array_equal(points, contents["nodes"])
+        assert arrays.keys() == {"displacement", "normal", "reaction", "strain_energy"}
+        for name, values in arrays.items():
+            assert np.array_equal(values, contents[name][k]), name
+
+
+def test_static_file_keeps_the_rows_before_a_failure(tmp_path):
+    """Load control stops at the limit point, at 0.738 on this mesh; info summarises the rest."""
+    path = tmp_path / "run.h5"
+    with pytest.raises(StepError, match="no equilibrium beyond"):
+        load_control(roof(4, 12.7), [0.5, 0.7, 0.9], StaticSettings(max_divisions=2), output=path)
+    assert read(path)["history"]["factor"].tolist() == [0.0, 0.5, 0.7]
+    info = corovec("info", str(path))
+    for line in ("method                 load control", "steps                  2",
+                 "steps planned          3", "factor                 0.7",
+                 "factors                3 from 0.5 to 0.9 "):
+        assert "  " + line in info.stdout
+    assert "reaction               (" in info.stdout and info.stdout.count(") N\n") == 1
+
+
+def test_static_file_is_not_overwritten_or_mixed_up(tmp_path, model):
+    """Every difference is named: the method, the factors, the first arc length."""
+    path, factors = tmp_path / "run.h5", [0.5, 1.0]
+    path.write_bytes(b"precious")
+    for run in (snap_through, lambda **options: bending(factors, **options)):
+        with pytest.raises(ResultFileError, match="exists: use --overwrite .* or --resume"):
+            run(output=path)
+        with pytest.raises(InputError, match="resume and overwrite exclude each other"):
+            run(output=path, resume=True, overwrite=True)
+    assert path.read_bytes() == b"precious"
+    bending(factors, output=path, overwrite=True)
+    with pytest.raises(ResultFileError, match="factors is 2 from 0.5 to 1 .* there and 3 from"):
+        bending([0.5, 0.7, 1.0], output=path, resume=True)
+    with pytest.raises(ResultFileError, match="method is load control there and arc length here"):
+        snap_through(output=path, resume=True)
+    with pytest.raises(ResultFileError, match="dt is None there and 0.01 here"):
+        simulate(model, Settings(dt=0.01, end_time=0.1), output=path, resume=True)
+    arc_length(roof(4, 12.7), 2.0, lambda factor, u: True, output=path, overwrite=True)
+    with pytest.raises(ResultFileError, match="length is 2.0 there and 3.0 here"):
+        arc_length(roof(4, 12.7), 3.0, lambda factor, u: True, output=path, resume=True)
+
+
+def test_arc_length_goes_on_to_another_end(tmp_path):
+    """Resumed with a farther end, the path is that of one run."""
+    path, whole = tmp_path / "run.h5", tmp_path / "whole.h5"
+    arc_length(roof(4, 12.7), 2.0, lambda factor, u: u[0, 2] < -13.0, output=path)
+    before = read(path)["step"]
+    result, reference = snap_through(output=path, resume=True), snap_through(output=whole)
+    assert 1 < before < len(result.factors) - 1
+    assert np.array_equal(result.displacement, reference.displacement)
+    assert_same_bits(whole, path)
+
+
+def test_two_static_runs_do_not_share_a_file(tmp_path):
+    path = tmp_path / "run.h5"
+
+    def takes_over(factor, last):
+        if factor == 0.5:
+            bending([0.25, 0.75], output=path, overwrite=True)
+
+    with pytest.raises(ResultFileError, match="taken over by another run; this one stops"):
+        bending([0.5, 1.0], output=path, progress=takes_over)
+    assert read(path)["history"]["factor"].tolist() == [0.0, 0.25, 0.75]
+
+
+def test_no_room_for_a_longer_file(tmp_path, monkeypatch):
+    """A disk that fills up while a path grows: one clear line, and the rows so far are kept."""
+    path = tmp_path / "run.h5"
+    monkeypatch.setattr(statics, "ROOM", 4)
+
+    def fills_up(factor, u):
+        monkeypatch.setattr(recorder, "_claim", no_space)
+
+    def no_space(path, size):
+        raise OSError(errno.ENOSPC, "full")
+
+    with pytest.raises(ResultFileError, match="cannot be written after step 5: No space left"):
+        arc_length(roof(4, 12.7), 2.0, fills_up, output=path)
+    contents = read(path)
+    assert contents["step"] == 4 and len(contents["displacement"]) == 5
+    assert os.listdir(tmp_path) == ["run.h5"]
+    with pytest.raises(ResultFileError, match="cannot be created: No space left"):
+        bending([1.0], output=tmp_path / "other.h5")
+    assert os.listdir(tmp_path) == ["run.h5"]
+
+
+def test_space_claimed_covers_the_file(tmp_path, monkeypatch, model):
+    """What is claimed before writing is no less than what the file takes."""
+    claimed, claim = [], recorder._claim
+
+    def noted(path, size):
+        claimed.append(size)
+        claim(path, size)
+
+    monkeypatch.setattr(recorder, "_claim", noted)
+    monkeypatch.setattr(statics, "ROOM", 4)
+    simulate(model, Settings(dt=0.01, end_time=0.5), output=tmp_path / "a.h5")
+    bending(np.linspace(0.1, 1.0, 10), output=tmp_path / "b.h5")
+    snap_through(output=tmp_path / "c.h5")
+    before, after = np.array(claimed[::2]), np.array(claimed[1::2])
+    assert len(before) == 5 and np.all(before >= after)
+    assert np.all(before <= after + recorder.METADATA)
+    # and a run writes into the space that its file has from the first moment on
+    assert [os.path.getsize(tmp_path / name) for name in ("a.h5", "b.h5", "c.h5")] == [
+        after[0], after[1], after[4]]
 
 
 def test_existing_file_is_not_overwritten(tmp_path, model):
@@ -237,7 +483,7 @@ def test_only_regular_files_are_replaced(tmp_path, model):
 
 @pytest.mark.parametrize("output", [5, "", "a\0b", "x" * 300])
 def test_output_that_is_no_path(model, output):
-    with pytest.raises(ResultFileError, match="is not a path of a file"):
+    with pytest.raises(ResultFileError, match="^'.*' is not a path of a file"):
         simulate(model, Settings(dt=0.01, end_time=0.1), output=output)
 
 
@@ -259,7 +505,7 @@ def test_kill_before_the_first_step_resumes(tmp_path, model):
 
 
 def test_folder_that_does_not_exist(tmp_path, model):
-    with pytest.raises(ResultFileError, match="cannot be created: No such file or directory"):
+    with pytest.raises(ResultFileError, match="run.h5 cannot be created: no folder .*no$"):
         simulate(model, Settings(dt=0.01, end_time=0.1), output=tmp_path / "no" / "run.h5")
 
 
@@ -271,7 +517,7 @@ def test_unknown_settings_are_refused_before_anything(tmp_path):
 def test_every_case_describes_itself():
     """A result names its case, mesh, settings, versions and machine."""
     model = load_case("l-plate").model(30)
-    from solver.simulation import describe
+    from solver.provenance import describe
     text = describe(model, Settings(dt=0.1, end_time=0.1), "banded", "l-plate")
     assert text["settings"]["tolerance"] == 1e-6 and text["settings"]["min_iterations"] == 3
     assert len(text["fingerprint"]) == 64 and text["machine"]["processor"]

@@ -148,6 +148,25 @@ def test_prescribed_displacement_gives_the_force_back():
     assert np.allclose(result.displacement[0, tip, 2], 0.5 * w)
 
 
+def test_displacement_prescribed_twice_is_applied_once():
+    """Two edges that share a corner may both move it, in the same way."""
+    model, tip = cantilever(4.0, (2, 1), lambda X, t: [], **BEAM)
+    whole, halves = [tuple(tip)], [tuple(tip), (tip[0],)]
+    ends = [load_control(Model(model.nodes, model.quads, 0.1, 1.2e6, 0.0, 1.0, supports=[
+        *model.supports, *(Support(nodes, ("z",), displacement=0.1) for nodes in groups)]),
+        [1.0]).displacement[-1] for groups in (whole, halves)]
+    assert np.array_equal(ends[0], ends[1]) and np.allclose(ends[0][tip, 2], 0.1)
+
+
+@pytest.mark.parametrize("loads", [
+    [], [NodalLoad(2, (0.0, 0.0, 0.0))], [NodalLoad(0, (0.0, 0.0, 3.0))],
+], ids=["no load", "a zero load", "a load on a support"])
+def test_arc_length_without_a_load_is_told(loads):
+    model, _ = cantilever(4.0, (2, 1), lambda X, t: loads, **BEAM)
+    with pytest.raises(InputError, match="needs a load that is not zero where no support holds"):
+        arc_length(model, 1.0, lambda factor, u: True)
+
+
 def test_load_factor_divides_where_it_must():
     """One huge step is taken all the same; the record says how many steps it took."""
     model, tip = cantilever(10.0, (16, 1), lambda X, t: line_load(X, t, (0, 0, 40.0)), **BEAM)
@@ -215,6 +234,11 @@ def test_moments_and_pressure_in_dynamics_balance_their_work():
     (lambda m: load_control(m, []), "must be a list of numbers that ascend"),
     (lambda m: load_control(m, [-1.0]), "must be a list of numbers that ascend"),
     (lambda m: arc_length(m, 0.0, lambda f, u: True), "arc length must be positive"),
+    (lambda m: arc_length(m, 1.0, None), "until must be a function"),
+    (lambda m: arc_length(m, 1.0, 5), "until must be a function"),
+    (lambda m: arc_length(m, 1.0, bool, max_steps=1.5), "max_steps must be an integer, is 1.5"),
+    (lambda m: arc_length(m, 1.0, bool, max_steps=0), "max_steps must be at least 1, is 0"),
+    (lambda m: arc_length(m, 1.0, bool, wanted=0), "wanted must be at least 1, is 0"),
     (lambda m: StaticSettings(tolerance=2.0), "tolerance must lie in"),
     (lambda m: StaticSettings(max_iterations=1), "max_iterations must be at least 2"),
     (lambda m: load_control(m, [1.0], StaticSettings(solver="lu")), "solver 'lu' is unknown"),

@@ -1,0 +1,47 @@
+"""What a result depends on: model, settings, versions of libraries, machine."""
+
+import hashlib
+import platform
+from dataclasses import asdict
+from importlib import metadata
+
+import numpy as np
+
+
+def describe(model, settings, solver, case=None, **plan):
+    """What a result file says of its run; a resumed run must agree but for versions and machine.
+
+    ``plan``: what a static run is asked for, beside its settings.
+    """
+    return {"case": case, "fingerprint": fingerprint(model),
+            "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
+            "elements": len(model.quads), "membrane": model.membrane, "shear": model.shear,
+            "solver": solver, "unloaded_at": model.unloaded_at, "supported": bool(model.supports),
+            "versions": versions(), "machine": machine()}
+
+
+def fingerprint(model):
+    """SHA-256 of everything that defines a model."""
+    digest = hashlib.sha256()
+    for array in (model.nodes, model.quads, model.thickness, model.youngs, model.poisson,
+                  model.density, model.normals, model.velocity, model.normal_velocity):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
+    return digest.hexdigest()
+
+
+def versions():
+    """Versions that a result depends on."""
+    names = ("corovec", "numpy", "scipy", "numba", "h5py")
+    return {"python": platform.python_version(), **{name: metadata.version(name) for name in names}}
+
+
+def machine():
+    """Processor and operating system."""
+    model = platform.processor() or platform.machine()
+    try:
+        with open("/proc/cpuinfo") as info:
+            model = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
+    except (OSError, StopIteration):
+        pass
+    return {"processor": model, "system": f"{platform.system()} {platform.machine()}"}
