@@ -80,7 +80,10 @@ def test_resultant_of_line_loads_on_the_plates():
 
 
 def test_plates_cross():
-    """Two junction lines of 7 nodes along Y on which four elements meet at every edge."""
+    """Two junction lines of 7 nodes along Y on which four elements meet at every edge.
+
+    Every plate has its own normal at each of its nodes: as many as the plates have nodes apart.
+    """
     nodes, quads, _ = load_case("plates").mesh(432)
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     sides, uses = np.unique(edges, axis=0, return_counts=True)
@@ -88,6 +91,7 @@ def test_plates_cross():
     assert set(uses) == {1, 2, 4} and len(junction) == 14
     np.testing.assert_array_equal(np.unique(nodes[junction, 0]), (1.75, 5.25))
     np.testing.assert_array_equal(nodes[junction, 2], 0.0)
+    assert len(load_case("plates").model(432).normals) == 29 * 7 + 21 * 7 + 19 * 9
     sizes = nodes[sides[:, 1]] - nodes[sides[:, 0]]
     np.testing.assert_allclose(np.linalg.norm(sizes, axis=1), 0.25, rtol=1e-12)
 
