@@ -87,6 +87,9 @@ def complete(workers, function, tasks):
 
     A task that takes its worker process with it fails alone: those that were under way with it are
     run again, one at a time.
+
+    Raises:
+        InputError: the worker processes do not even start.
     """
     suspects = []
     for task, value, error in _complete(workers, function, tasks):
@@ -104,15 +107,18 @@ def failure(future):
 
 def _complete(workers, function, tasks):
     waiting, running = deque(tasks), {}
-    executor = workers.start()
+    executor, started = _start(workers)
     try:
         while waiting or running:
             broken = not _submit(executor, function, waiting, running, workers.width)
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             if broken or any(isinstance(failure(future), BrokenExecutor) for future in done):
                 done, _ = wait(running)
+                if isinstance(started.exception(), BrokenExecutor):
+                    raise InputError("the worker processes end as they start; a script needs "
+                                     "'if __name__ == \"__main__\":' around what starts them")
                 executor.shutdown()
-                executor = workers.start()
+                executor, started = _start(workers)
             for future in done:
                 error = failure(future)
                 yield running.pop(future), None if error else future.result(), error
@@ -120,6 +126,12 @@ def _complete(workers, function, tasks):
         _stop(executor, running)
         raise
     executor.shutdown()
+
+
+def _start(workers):
+    """An executor, and the future of a first task that tells whether its workers start."""
+    executor = workers.start()
+    return executor, executor.submit(int)
 
 
 def _submit(executor, function, waiting, running, width):

@@ -42,7 +42,7 @@ def _show_summary(summary):
     for row in summary.itertuples():
         name = row.quantity + (f" [{row.unit}]" if row.unit else "")
         click.echo(f"{name:<43} {_number(row.ours):>9} {_number(row.of_printed):>23} "
-                   f"{_number(row.of_all_printed):>11} {row.printed:>7}".rstrip())
+                   f"{_number(row.of_all_printed):>11} {row.printed:>7} {row.note}".rstrip())
 
 
 def _show_dissipation(dissipation):

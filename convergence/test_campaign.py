@@ -219,6 +219,15 @@ def test_many_models_in_memory():
             assert len(results[3].displacement) == 155 and results[3].settings.end_time == 0.1
 
 
+def test_script_that_starts_itself_again_is_told_so(tmp_path):
+    """Spawned processes import the script: without its guard they would start themselves."""
+    script = tmp_path / "script.py"
+    script.write_text(CAMPAIGN.replace('if __name__ == "__main__":', "if True:"))
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, cwd=tmp_path,
+                          env={**os.environ, "PYTHONPATH": ":".join(sys.path)})
+    assert "InputError: the worker processes end as they start" in done.stderr
+
+
 def test_many_models_checks_before_it_computes():
     with pytest.raises(InputError, match="a pair of Model and NoneType"):
         run_many([(PLATE, Settings(dt=0.02, end_time=0.2)), (PLATE, None)])
