@@ -106,6 +106,8 @@ def failure(future):
 
 
 def _complete(workers, function, tasks):
+    if not tasks:
+        return
     waiting, running = deque(tasks), {}
     executor, started = _start(workers)
     try:

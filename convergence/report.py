@@ -37,21 +37,21 @@ def _show_mesh(mesh):
 
 
 def _show_summary(summary):
-    click.echo(f"{'':<43} {'ours':>9} {'from printed energies:':>23} {'all meshes':>11} "
+    click.echo(f"{'':<40} {'ours':>9} {'from printed energies:':>23} {'all meshes':>11} "
                f"{'stated':>7}")
     for row in summary.itertuples():
         name = row.quantity + (f" [{row.unit}]" if row.unit else "")
-        click.echo(f"{name:<43} {_number(row.ours):>9} {_number(row.of_printed):>23} "
-                   f"{_number(row.of_all_printed):>11} {row.printed:>7} {row.note}".rstrip())
+        beside = (f"{_number(row.of_printed):>23} {_number(row.of_all_printed):>11} "
+                  f"{row.printed:>7}".rstrip())
+        click.echo(f"{name:<40} {_number(row.ours):>9} {beside or ' ' + row.note}".rstrip())
 
 
 def _show_dissipation(dissipation):
     last = dissipation.groupby("rho_inf").last().sort_index(ascending=False)
     if len(last):
-        changes = ", ".join(f"{row.energy_change:+.1e} (rho_inf {rho:g})"
-                            for rho, row in last.iterrows())
-        click.echo(f"energy change from unloading to {last['time'].iloc[0]:g} s with dt "
-                   f"{last['dt'].iloc[0]:g} s: {changes}")
+        changes = ", ".join(f"{row.energy_change:+.1e} ({rho:g})" for rho, row in last.iterrows())
+        click.echo(f"energy change until {last['time'].iloc[0]:g} s, dt = {last['dt'].iloc[0]:g} s "
+                   f"(rho_inf): {changes}")
 
 
 def _show_verdicts(verdicts, runs):
@@ -70,4 +70,5 @@ def _percent(value):
 
 
 def _number(value):
-    return f"{value:.4g}" if np.isfinite(value) else ""
+    digits = ".4g" if abs(value) >= 1e-4 else ".1e"
+    return f"{value:{digits}}" if np.isfinite(value) else ""

@@ -148,7 +148,7 @@ class CaseStudy:
 
     def runs(self, outcomes):
         """Runs that are needed and not among ``outcomes`` (``{key: Outcome}``)."""
-        levels = range(max(self.level(outcomes), 1) + 1)
+        levels = range(self.level(outcomes) + 1)
         needed = [self.mesh_run(n, self.mesh_steps[k]) for k in levels for n in self.elements]
         needed += [self.temporal_run(dt) for dt in self.temporal_steps]
         needed += [self.paper_run] if self.paper_run else []

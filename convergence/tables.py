@@ -18,6 +18,11 @@ from .rates import crossing, finest_as_reference, log_log_fit, mesh_errors, rich
 from .study import DRIFT_TARGET, JUSTIFIED, RHO_INF, printed_results, unloaded_energy
 from .verdicts import verdicts
 
+DRIFTS = {f"{name}_drift": name for name in ("energy", "linear_momentum", "angular_momentum")}
+
+WINDOWS = (0.125, 0.25, 0.5, 1.0)
+"""Parts of the free flight over which drifts are shown."""
+
 MARKS = 5
 """Instants at which the energy of a run with rho_inf is shown, from unloading to the end."""
 
@@ -87,12 +92,18 @@ def time_step_table(study, outcomes):
 
 
 def drift_table(study, outcomes):
-    """Drift of energy and momenta on the coarsest mesh against the time step."""
+    """Drift of energy and momenta on the coarsest mesh against the time step, in windows of free
+    flight from unloading to ``until``, and the observed order of the energy's."""
     ended = [outcomes[study.drift_run(dt).key] for dt in study.drift_steps]
-    frame = pd.DataFrame({"case": study.case, "elements": study.elements[0],
-                          "dt": study.drift_steps}).join(
-                              pd.DataFrame([run_measures(outcome) for outcome in ended]))
-    frame["order"] = _orders(frame["dt"], frame["energy_drift"])
+    flight, blocks = study.drift_time - study.unloaded_at, []
+    for part in WINDOWS:
+        until = study.unloaded_at + part * flight
+        frame = pd.DataFrame({"case": study.case, "elements": study.elements[0], "until": until,
+                              "dt": study.drift_steps}).join(
+                                  pd.DataFrame([drifts(outcome, until) for outcome in ended]))
+        frame["order"] = _orders(frame["dt"], frame["energy_drift"])
+        blocks.append(frame)
+    frame = pd.concat(blocks, ignore_index=True)
     frame["paper_dt"] = frame["dt"] == study.paper_dt
     return frame
 
@@ -118,7 +129,8 @@ def dissipation_table(study, outcomes):
 def summary_table(study, tables):
     """The numbers that a study comes down to: ours, those of the printed energies of the same
     meshes, those of all printed meshes, and what the paper prints itself."""
-    mesh, drift_ = tables["mesh"], tables["drift"]
+    mesh, windows = tables["mesh"], tables["drift"].groupby("until")
+    (until, early), (_, late) = list(windows)[0], list(windows)[-1]
     printed = printed_results(study.case) or {"elements": [np.nan], "energy": [np.nan]}
     everything = [float(text) for text in printed["energy"]]
     sources = {"ours": (study.elements, mesh["energy"]),
@@ -136,23 +148,27 @@ def summary_table(study, tables):
         {"quantity": "limit, successive differences", "unit": "J",
          **{name: value.limit for name, value in limits.items()}}]
     steps = tables["time_step"].dropna(subset="change_by_halving")
-    at_target, beyond = crossing(drift_["dt"], drift_["energy_drift"], DRIFT_TARGET)
-    for quantity, value, unit in (
-            ("time step of the mesh study", mesh["dt"][0], "s"),
-            ("change from its double / mesh error", mesh["time_step_share"].max(), ""),
+    at_target, beyond = crossing(late["dt"], late["energy_drift"], DRIFT_TARGET)
+    last = late.iloc[-1]
+    flight = f"until {last['until']:g} s, dt = {last['dt']:g} s"
+    for quantity, value, unit, note in (
+            ("time step of the mesh study", mesh["dt"][0], "s", ""),
+            ("change from its double / mesh error", mesh["time_step_share"].max(), "", "at most"),
             ("order of the energy in dt",
-             log_log_fit(steps["dt"], steps["change_by_halving"].abs()).slope, ""),
-            ("end of the drift study", study.drift_time, "s"),
+             log_log_fit(steps["dt"], steps["change_by_halving"].abs()).slope, "", ""),
+            ("energy drift", last["energy_drift"], "", flight),
+            ("linear momentum drift", last["linear_momentum_drift"], "", flight),
+            ("angular momentum drift", last["angular_momentum_drift"], "", flight),
             ("order of the energy drift in dt",
-             log_log_fit(drift_["dt"], drift_["energy_drift"]).slope, ""),
-            (f"time step for a drift of {DRIFT_TARGET:.0e}", at_target, "s"),
-            ("time step of the paper", study.paper_dt, "s")):
-        rows.append({"quantity": quantity, "unit": unit, "ours": value})
-    frame = pd.DataFrame(rows).fillna({"printed": ""})
+             log_log_fit(late["dt"], late["energy_drift"]).slope, "", f"until {last['until']:g} s"),
+            ("order of the early energy drift",
+             log_log_fit(early["dt"], early["energy_drift"]).slope, "", f"until {until:g} s"),
+            (f"time step for a drift of {DRIFT_TARGET:.0e}", at_target, "s",
+             "extrapolated" if beyond else ""),
+            ("time step of the paper", study.paper_dt, "s", "")):
+        rows.append({"quantity": quantity, "unit": unit, "ours": value, "note": note})
+    frame = pd.DataFrame(rows).fillna({"printed": "", "note": ""})
     frame.insert(0, "case", study.case)
-    frame["note"] = ""
-    if beyond:
-        frame.loc[frame["ours"] == at_target, "note"] = "extrapolated"
     return frame
 
 
@@ -174,16 +190,26 @@ def runs_table(study, outcomes):
 @cache
 def run_measures(outcome):
     """What a run says of itself: drifts since unloading, iterations, halvings, solver, seconds."""
-    names = ("energy_drift", "linear_momentum_drift", "angular_momentum_drift")
-    history, model = outcome.history, outcome.run.model
+    history = outcome.history
     if history is None:
-        return dict.fromkeys((*names, "iterations_per_step", "halvings", "seconds"), np.nan)
-    changes = drift(history, model.unloaded_at, bool(model.supports))
-    values = (changes.energy, changes.linear_momentum, changes.angular_momentum)
-    return {**{name: np.nan if value is None else value for name, value in zip(names, values)},
-            "iterations_per_step": float(history["iterations"][1:].mean()),
+        return {**drifts(outcome), "iterations_per_step": np.nan, "halvings": np.nan,
+                "seconds": np.nan}
+    return {**drifts(outcome), "iterations_per_step": float(history["iterations"][1:].mean()),
             "halvings": int(history["halvings"].sum()),
             "solver": outcome.description["solver"], "seconds": outcome.seconds}
+
+
+@cache
+def drifts(outcome, until=np.inf):
+    """Drift of energy and momenta from unloading to ``until``; NaN for a run that failed, and for
+    the momenta of a supported shell."""
+    history, model = outcome.history, outcome.run.model
+    if history is None:
+        return dict.fromkeys(DRIFTS, np.nan)
+    end = np.searchsorted(history["time"], until * (1.0 + 1e-12), side="right")
+    changes = vars(drift(history[:end], model.unloaded_at, bool(model.supports)))
+    return {column: np.nan if changes[name] is None else changes[name]
+            for column, name in DRIFTS.items()}
 
 
 def printed_texts(study, name):

@@ -67,7 +67,7 @@ def test_one_file_a_run_named_by_its_hash(tmp_path):
     assert outcomes[0].description["solver"] == "banded"
 
 
-def test_interrupted_run_goes_on_bit_for_bit(tmp_path, computed):
+def test_interrupted_run_goes_on_bit_for_bit(tmp_path, monkeypatch):
     """It starts at its last checkpoint, computes the rest, and ends as if never stopped."""
     run = Run(PLATE, Settings(dt=0.01, end_time=0.6, frame_every=10))
     path = tmp_path / f"{run.key}.h5"
@@ -78,8 +78,12 @@ def test_interrupted_run_goes_on_bit_for_bit(tmp_path, computed):
 
     with pytest.raises(KeyboardInterrupt):
         simulate(run.model, run.settings, output=path, progress=stop)
+    steps = []
+    monkeypatch.setattr(store, "simulate", partial(
+        simulate, progress=lambda step, *_: steps.append(step)))
     (outcome,), notices = execute(tmp_path, [run])
-    assert not notices and outcome.status == "finished" and outcome.begun_at == 30
+    assert not notices and outcome.status == "finished"
+    assert outcome.begun_at == 30 and steps == list(range(31, 61))
     assert same_history(path, run)
 
 

@@ -110,7 +110,12 @@ def test_rates_of_known_energies():
     assert steps["paper_dt"].tolist() == [False] * 5 + [True]
     assert steps["dt"].iloc[-1] == 1e-4 and steps["error"].iloc[-1] < 1e-9
     assert steps["justified"].tolist() == [True] * 4 + [False] * 2
-    assert drift["order"].dropna().tolist() == pytest.approx([2.0] * 2, abs=1e-6)
+    whole = drift[drift["until"] == 10.0]
+    assert whole["order"].dropna().tolist() == pytest.approx([2.0] * 2, abs=1e-6)
+    assert whole["energy_drift"].tolist() == pytest.approx(
+        [0.08 * dt**2 for dt in whole["dt"]], rel=1e-6)
+    assert sorted(set(drift["until"])) == [2.125, 3.25, 5.5, 10.0]
+    assert (drift.loc[drift["until"] < 10.0, "energy_drift"] == 0.0).all()
     assert summary(frames, "time step for a drift of 1e-06") == pytest.approx(
         np.sqrt(1e-6 / 0.08), rel=1e-6)
     losses = frames["dissipation"].groupby("rho_inf")["energy_change"].last()
@@ -142,7 +147,7 @@ def test_a_bad_scheme_is_found_out():
         outcome.drift = 1e-4 / outcome.run.settings.dt**2
         if outcome.run.settings.rho_inf < 1.0:
             outcome.drift = 1.0 / outcome.run.settings.dt**2
-    for cached in (study.unloaded_energy, tables.run_measures):
+    for cached in (study.unloaded_energy, tables.run_measures, tables.drifts):
         cached.cache_clear()
     verdicts = tables.study_tables(case_study, outcomes)["verdicts"].set_index("name")["verdict"]
     for name in ("energy against dt: order", "energy drift against dt: order",
