@@ -1,1 +1,7 @@
-"""Mesh-convergence studies of the paper's benchmarks, beside the printed tables."""
+"""Campaigns of runs, and the convergence studies of the paper's benchmarks made of them."""
+
+from .campaign import Campaign, Outcome, run_many
+from .execution import dask_workers, processes
+from .run import Run
+
+__all__ = ["Campaign", "Outcome", "Run", "dask_workers", "processes", "run_many"]

@@ -11,7 +11,7 @@ from solver.cases import Calibration, load_case
 from solver.checks import number
 from solver.simulation import unloaded_row
 
-from .study import printed_energies
+from .study import printed_results
 
 STEPS = 200
 """Time steps until unloading, by default."""
@@ -45,11 +45,12 @@ def calibrate(case, elements, *, dt=None, progress=None):
         InputError: no printed energy of this mesh, or a time step that is too long.
     """
     definition = load_case(case)
-    printed, table = printed_energies(case)
+    table = printed_results(case)
+    printed = dict(zip(table["elements"], table["energy"]))
     if elements not in printed:
-        raise InputError(f"{table} has no energy of {elements} elements, must be one of: "
+        raise InputError(f"{table['table']} has no energy of {elements} elements, must be one of: "
                          f"{', '.join(map(str, printed))}")
-    target, text = printed[elements]
+    target = float(printed[elements])
     unloaded_at = definition.model(elements).unloaded_at
     dt = unloaded_at / STEPS if dt is None else number("dt", dt, "s")
     if not 0.0 < dt <= unloaded_at:
@@ -69,8 +70,9 @@ def calibrate(case, elements, *, dt=None, progress=None):
                          f"{change:.1e}, at most {LARGEST_DT_CHANGE:g} is allowed")
     free = definition.free_peak
     peak = factor * (definition.histories[free].peak.value if free else 1.0)
-    return factor, Calibration(peak=peak, elements=elements, printed=text, table=table, dt=dt,
-                               residual=found / target - 1.0, dt_change=change)
+    return factor, Calibration(peak=peak, elements=elements, printed=printed[elements],
+                               table=table["table"], dt=dt, residual=found / target - 1.0,
+                               dt_change=change)
 
 
 def find_factor(energy, target):

@@ -2,60 +2,73 @@
 
 import json
 import sys
+from contextlib import nullcontext
 
 import click
 
-from .study import mesh_study, planned_runs, printed_energies
-
 
 @click.command()
-@click.argument("case", default="l-plate")
-@click.option("--elements", type=int, multiple=True,
-              help="A mesh, by its number of elements; may be repeated. Default: the coarsest 3.")
-@click.option("--dt", type=float, help="Time step [s]. Default: 1/500 of the loading time.")
+@click.argument("cases", metavar="[CASE]...", nargs=-1)
+@click.option("--size", default="quick", show_default=True,
+              help="quick (the coarse meshes), full (all meshes, the paper's simulated time) or "
+                   "paper (its time step as well: days).")
+@click.option("--jobs", type=int, help="Worker processes.  Default: one a usable core.")
+@click.option("--scheduler", metavar="ADDRESS",
+              help="Dask scheduler that executes the runs, as tcp://host:8786; needs the extra "
+                   "[cluster], and the same corovec on its workers (--nthreads 1).")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
-@click.option("--json", "as_json", is_flag=True, help="Print the table as one JSON object.")
-def converge(case, elements, dt, membrane, as_json):
-    """Energy of CASE after unloading, mesh by mesh, beside the paper's table.
+@click.option("--output", type=click.Path(file_okay=False), default="results/convergence",
+              show_default=True, help="Folder of the tables (CASE/SIZE) and of the finished runs.")
+@click.option("--json", "as_json", is_flag=True, help="Print the tables as one JSON object.")
+def converge(cases, size, jobs, scheduler, membrane, output, as_json):
+    """Convergence studies of CASEs (default: all) beside the paper's tables.
+
+    Energy after unloading mesh by mesh; whether the time step matters beside the mesh; drift of
+    energy and momenta, and its order; dissipation with rho_inf < 1.  Finished runs are kept and
+    not run again, interrupted ones go on.  Exit status 1 if a run failed or a number deviates
+    without an explanation.
 
     \b
     Examples:
       corovec converge l-plate
-      corovec converge l-plate --elements 30 --elements 120 --elements 480 --elements 1920
+      corovec converge --size full --jobs 2
+      corovec converge l-plate --size paper --scheduler tcp://127.0.0.1:8786
       corovec converge l-plate --membrane strain --json
     """
-    from solver import warm_up
-    from solver.cases import load_case, read_calibrations
-    definition = load_case(case)
-    runs = planned_runs(case, elements, dt=dt, membrane=membrane)
-    _, table = printed_energies(case)
-    if not as_json:
-        click.echo(f"{definition.title}: energy after load removal, beside {table} of the paper")
-    compile_seconds = warm_up()
-    if not as_json:
-        click.echo(f"kernels compiled or loaded in {compile_seconds:.1f} s")
-    frame = mesh_study(case, runs, progress=_bars)
+    from solver import InputError
+    from solver.cases import case_names
+    from verification.case import OK
+
+    from .campaign import Campaign
+    from .execution import dask_workers, processes
+    from .report import show
+    from .store import writable_folder
+    from .study import CaseStudy, run_studies
+    from .tables import as_json as to_json
+    from .tables import origin, study_tables, write_tables
+
+    if scheduler is not None and jobs is not None:
+        raise InputError("--jobs and --scheduler exclude each other")
+    place = nullcontext(processes(jobs)) if scheduler is None else dask_workers(scheduler)
+    studies = [CaseStudy(case, size, membrane) for case in dict.fromkeys(cases or case_names())]
+    folder = writable_folder(output)
+    with place as workers, Campaign(folder / "runs", workers, notify=_tell) as campaign:
+        outcomes = run_studies(studies, campaign)
+    whence, reports, good = origin(studies, outcomes), {}, True
+    for study in studies:
+        tables = study_tables(study, outcomes)
+        own = writable_folder(folder / study.case / size)
+        write_tables(own, tables, whence)
+        reports[study.case] = to_json(tables, whence)
+        good &= set(tables["verdicts"]["verdict"]) <= set(OK)
+        good &= "failed" not in set(tables["runs"]["status"])
+        if not as_json:
+            show(study, tables, own)
     if as_json:
-        click.echo(json.dumps({"case": case, "table": table, "compilation_seconds": compile_seconds,
-                               "rows": frame.to_dict(orient="records")}))
-        return
-    click.echo(f"{'elements':>9} {'printed [J]':>12} {'ours [J]':>10} {'difference':>11} "
-               f"{'energy drift':>13} {'L drift':>9} {'J drift':>9} {'it/step':>8} {'time':>8}")
-    for row in frame.itertuples():
-        click.echo(f"{row.elements:>9} {row.printed:>12} {row.energy:>10.3f} "
-                   f"{row.difference_percent:>+10.2f}% {row.energy_drift:>13.1e} "
-                   f"{row.linear_momentum_drift:>9.0e} {row.angular_momentum_drift:>9.0e} "
-                   f"{row.iterations_per_step:>8.2f} {row.seconds:>6.1f} s")
-    assumed = [parameter for parameter, _, _, provenance, _ in definition.provenance()
-               if provenance == "assumed"]
-    if assumed:
-        click.echo(f"Agreement is not proof: the paper's figure is lost, so {len(assumed)} "
-                   "parameters of this case are assumed (corovec list shows them).")
-    fitted = read_calibrations().get(case)
-    if fitted:
-        click.echo(f"The load's peak is calibrated to the printed energy of {fitted.elements} "
-                   "elements: that row is no check.")
+        click.echo(json.dumps(reports))
+    if not good:
+        sys.exit(1)
 
 
 @click.command()
@@ -91,15 +104,7 @@ def calibrate(case, elements, dt):
                f"{CALIBRATED}")
 
 
-def _bars(elements):
-    """Progress callback of one run: a bar on standard error, silent when not a terminal."""
+def _tell(text):
+    """A line on standard error that leaves the progress bar whole."""
     from tqdm import tqdm
-    bar = tqdm(desc=f"{elements} elements", unit="step", disable=None, file=sys.stderr, leave=False)
-
-    def update(step, n_steps, row):
-        bar.total = n_steps
-        bar.update(1)
-        if step == n_steps:
-            bar.close()
-
-    return update
+    tqdm.write(f"corovec: warning: {text}", file=sys.stderr)

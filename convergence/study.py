@@ -1,82 +1,225 @@
-"""Energy after unloading, mesh by mesh, beside the printed values (Table 1)."""
+"""Which runs the convergence study of a case needs, and what follows from their histories.
+
+Four questions, all about the energy after the loads are gone: does it converge with the mesh, does
+the time step matter beside that, how long is it conserved, and what does rho_inf < 1 take from it.
+"""
 
 import tomllib
+from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
 
-import pandas as pd
+import numpy as np
 
-from solver import InputError, Settings, simulate
+from solver import InputError, Settings, total_energy
 from solver.cases import load_case
-from solver.checks import number
+from solver.checks import choice
 from solver.simulation import unloaded_row
+
+from .rates import mesh_errors
+from .run import Run
 
 PRINTED = Path(__file__).with_name("printed.toml")
 
-QUICK_MESHES = 3
-"""The quick size runs this many of a case's meshes, the coarsest."""
-
 FREE_FLIGHT = 1.2
-"""A run ends at this multiple of the unloading time: long enough to show conservation."""
+"""Runs of the mesh and the temporal study end at this multiple of the unloading time."""
 
-QUICK_STEPS = 500
-"""Time steps until unloading.  For the L-plate dt = 2e-3 s, whose energy differs from that at half
-the step by less than 2e-6 relative, far below the mesh error shown."""
+JUSTIFIED = 1.0 / 20.0
+"""A time step is justified if halving it changes every energy by less than this part of its mesh
+error: the change to the next finer mesh."""
+
+DRIFT_TARGET = 1e-6
+"""Energy drift whose time step is looked for."""
+
+COARSEST = 50
+"""Steps until unloading of the largest time step tried; the others are its halves."""
+
+RHO_INF = (1.0, 0.9, 0.5)
+
+CHECKPOINTS = 20
+"""Checkpoints (and frames) of a run: an interruption costs at most this part of it."""
 
 
-def printed_energies(case):
-    """``{elements: (energy [J], as printed)}`` and the table's name, of the paper."""
-    with open(PRINTED, "rb") as file:
-        table = tomllib.load(file)[case]
-    texts = table["energy"]
-    return dict(zip(table["elements"], zip(map(float, texts), texts))), table["table"]
+@dataclass(frozen=True)
+class Size:
+    """How much is computed.
+
+    Attributes:
+        meshes: how many meshes at most, the coarsest, None for all; elements: those beyond the
+            second have at most so many elements.
+        steps: most steps until unloading in the temporal study; drift_steps: in the drift study.
+        mesh_work, work: elements times steps of a run of the mesh study, and of the others.
+        drift_levels: how many time steps the drift study compares.
+        flight: end of the drift study as a multiple of the unloading time; None: the paper's.
+        paper_step: whether the mesh study takes the paper's time step.
+    """
+
+    meshes: int | None
+    elements: float
+    steps: int
+    drift_steps: int
+    mesh_work: float
+    work: float
+    drift_levels: int
+    flight: float | None
+    paper_step: bool = False
 
 
-def planned_runs(case, elements=(), *, dt=None, membrane="stress"):
-    """``[(model, settings)]`` of a study of some meshes of ``case``.
+SIZES = {
+    "quick": Size(3, 5000, 800, 800, 5e5, 2e6, 3, 10.0),
+    "full": Size(None, np.inf, 1600, 6400, 2e6, 2e7, 4, None),
+    "paper": Size(None, np.inf, 1600, 6400, np.inf, np.inf, 4, None, paper_step=True),
+}
 
-    Args:
-        case: name of the case; elements: meshes, by default the three coarsest.
-        dt: time step [s], by default 1/500 of the loading time.
-        membrane: assumed membrane field, see :class:`solver.Model`.
+
+class CaseStudy:
+    """The study of one case in one size.
+
+    Its runs depend on results (the time step of the mesh study is halved until it is justified), so
+    :meth:`runs` is asked again with the outcomes so far until it names nothing new.
 
     Raises:
-        InputError: no such case or mesh, or a wrong parameter.
+        InputError: unknown case, size or membrane field, or a case whose loads never end.
     """
-    definition = load_case(case)
-    runs = []
-    for size in elements or definition.sizes[:QUICK_MESHES]:
-        model = definition.model(size, membrane=membrane)
-        step = model.unloaded_at / QUICK_STEPS if dt is None else number("dt", dt, "s")
-        if not 0.0 < step <= (FREE_FLIGHT - 1.0) * model.unloaded_at:
-            raise InputError(f"dt must be positive and at most {FREE_FLIGHT - 1.0:.1f} of the "
-                             f"loading time of {case}, {model.unloaded_at:g} s, is {step:g} s")
-        end_time = round(FREE_FLIGHT * model.unloaded_at / step) * step
-        runs.append((model, Settings(dt=step, end_time=end_time)))
-    return runs
+
+    def __init__(self, case, size="quick", membrane="stress"):
+        self.definition = load_case(case)
+        self.case = case
+        self.size_name, self.size = choice("size", size, tuple(SIZES)), SIZES[size]
+        self.membrane = membrane
+        self.elements = [n for k, n in enumerate(self.definition.sizes[:self.size.meshes])
+                         if k < 2 or n <= self.size.elements]
+        self.unloaded_at = case_model(case, self.elements[0], membrane).unloaded_at
+        if not np.isfinite(self.unloaded_at):
+            raise InputError(f"case {case} is never unloaded: there is no energy after load "
+                             "removal to study")
+
+    @property
+    def paper_dt(self):
+        return self.definition.paper.dt.value
+
+    @property
+    def paper_time(self):
+        """Simulated time of the paper [s]."""
+        return self.paper_dt * self.definition.paper.steps.value
+
+    @cached_property
+    def mesh_steps(self):
+        """Time steps that the mesh study may take, falling: the first is only for comparison."""
+        if self.size.paper_step:
+            return [2.0 * self.paper_dt, self.paper_dt]
+        largest = self.elements[-1] * FREE_FLIGHT
+        return self._halves(self.size.mesh_work / largest)
+
+    @cached_property
+    def temporal_steps(self):
+        """Time steps of the temporal study, falling, without the paper's if it is none of them."""
+        affordable = self.size.work / (FREE_FLIGHT * self.elements[0])
+        return self._halves(min(self.size.steps, affordable))
+
+    @cached_property
+    def drift_time(self):
+        """End of the drift study [s]."""
+        if self.size.flight is None:
+            return self.paper_time
+        return min(self.size.flight * self.unloaded_at, self.paper_time)
+
+    @cached_property
+    def drift_steps(self):
+        """Time steps of the drift study, falling."""
+        affordable = self.size.work / (self.elements[0] * self.drift_time / self.unloaded_at)
+        steps = self._halves(min(self.size.drift_steps, affordable))[-self.size.drift_levels:]
+        return sorted({*steps, self.paper_dt}, reverse=True) if self.size.paper_step else steps
+
+    def mesh_run(self, elements, dt):
+        return self._run(elements, dt, FREE_FLIGHT * self.unloaded_at, 1.0)
+
+    def temporal_run(self, dt):
+        return self.mesh_run(self.elements[0], dt)
+
+    def drift_run(self, dt, rho_inf=1.0):
+        return self._run(self.elements[0], dt, self.drift_time, rho_inf)
+
+    @property
+    def paper_run(self):
+        """The paper's time step in the temporal study; None if it is too long for the size."""
+        run = self.temporal_run(self.paper_dt)
+        return run if run.work <= self.size.work else None
+
+    def runs(self, outcomes):
+        """Runs that are needed and not among ``outcomes`` (``{key: Outcome}``)."""
+        levels = range(self.level(outcomes) + 1)
+        needed = [self.mesh_run(n, self.mesh_steps[k]) for k in levels for n in self.elements]
+        needed += [self.temporal_run(dt) for dt in self.temporal_steps]
+        needed += [self.paper_run] if self.paper_run else []
+        needed += [self.drift_run(dt) for dt in self.drift_steps]
+        needed += [self.drift_run(self.drift_steps[0], rho) for rho in RHO_INF]
+        return [run for run in needed if run.key not in outcomes]
+
+    def level(self, outcomes):
+        """Index of the time step of the mesh study: the first that is half of a justified one, or
+        the smallest allowed."""
+        for k in range(1, len(self.mesh_steps)):
+            known = all(self.mesh_run(n, self.mesh_steps[j]).key in outcomes
+                        for j in (k - 1, k) for n in self.elements)
+            if not known or np.all(self.step_changes(outcomes, k) < JUSTIFIED):
+                return k
+        return len(self.mesh_steps) - 1
+
+    def energies(self, outcomes, k):
+        """Energy after unloading of every mesh at the k-th time step [J]; NaN for a failed run."""
+        return np.array([unloaded_energy(outcomes[self.mesh_run(n, self.mesh_steps[k]).key])
+                         for n in self.elements])
+
+    def step_changes(self, outcomes, k):
+        """What the last halving of the time step changed, relative to the mesh errors (n,)."""
+        fine, coarse = self.energies(outcomes, k), self.energies(outcomes, k - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.abs(fine - coarse) / mesh_errors(fine)
+
+    def _halves(self, most):
+        """Time steps with 50, 100, and 200, 400... steps until unloading, as long as these are at
+        most ``most``; one that is the paper's but for rounding is the paper's."""
+        count = 1 + int(np.log2(max(most, 2 * COARSEST) / COARSEST))
+        steps = [self.unloaded_at / (COARSEST * 2**k) for k in range(count)]
+        return [self.paper_dt if np.isclose(dt, self.paper_dt, rtol=1e-9) else dt for dt in steps]
+
+    def _run(self, elements, dt, end, rho_inf):
+        return case_run(self.case, elements, self.membrane, dt, round(end / dt) * dt, rho_inf)
 
 
-def mesh_study(case, runs, *, progress=None):
-    """Energy after unloading of the ``runs`` (:func:`planned_runs`) of ``case``.
+@cache
+def case_model(case, elements, membrane):
+    """:class:`solver.Model` of a mesh of a case."""
+    return load_case(case).model(elements, membrane=membrane)
 
-    ``progress(elements)`` makes the progress callback of each run.
 
-    Returns:
-        pandas.DataFrame, one row a mesh: elements, dt, energy and printed energy [J], difference
-        [%], drift of energy and momenta in free flight, iterations a step, solver, seconds.
-    """
-    printed, _ = printed_energies(case)
-    rows = []
-    for model, settings in runs:
-        size = len(model.quads)
-        result = simulate(model, settings, progress=progress(size) if progress else None)
-        energy = result.total_energy[unloaded_row(result.history, model.unloaded_at)]
-        value, text = printed.get(size, (float("nan"), ""))
-        rows.append({
-            "elements": size, "dt": settings.dt, "energy": energy, "printed": text,
-            "difference_percent": 100.0 * (energy / value - 1.0),
-            "energy_drift": result.drift.energy,
-            "linear_momentum_drift": result.drift.linear_momentum,
-            "angular_momentum_drift": result.drift.angular_momentum,
-            "iterations_per_step": result.history["iterations"][1:].mean(),
-            "solver": result.solver, "seconds": result.seconds.total})
-    return pd.DataFrame(rows)
+@cache
+def case_run(case, elements, membrane, dt, end_time, rho_inf):
+    """:class:`Run` of a mesh of a case, with checkpoints but few frames."""
+    every = max(1, round(end_time / dt) // CHECKPOINTS)
+    settings = Settings(dt=dt, end_time=end_time, rho_inf=rho_inf, frame_every=every)
+    return Run(case_model(case, elements, membrane), settings, case)
+
+
+def run_studies(studies, campaign):
+    """Outcomes of all runs that ``studies`` need, ``{key: Outcome}``."""
+    outcomes = {}
+    while needed := [run for study in studies for run in study.runs(outcomes)]:
+        outcomes |= campaign.run(needed)
+    return outcomes
+
+
+@cache
+def unloaded_energy(outcome):
+    """Energy at the first step after the loads are gone [J]; NaN for a run that failed."""
+    history = outcome.history
+    if history is None:
+        return np.nan
+    return float(total_energy(history)[unloaded_row(history, outcome.run.model.unloaded_at)])
+
+
+def printed_results(case):
+    """What the paper prints of ``case``, as strings (``printed.toml``); None if nothing."""
+    with open(PRINTED, "rb") as file:
+        return tomllib.load(file).get(case)

@@ -1,36 +1,292 @@
-"""The mesh study behind ``corovec converge``."""
+"""What a study asks for and concludes: from histories made by formulas, and from small runs."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 
+import numpy as np
+import pandas as pd
 import pytest
+from click.testing import CliRunner
 
-from convergence.study import mesh_study, planned_runs, printed_energies
-from verification.helpers import corovec
+from convergence import execution, store, study, tables
+from convergence.cli import converge
+from convergence.execution import Workers
+from convergence.run import Run
+from convergence.study import SIZES, CaseStudy, Size, run_studies
+from convergence.verdicts import assumptions, last_digit
+from solver import InputError, StepError, simulate
+from solver.cases import case_names, load_case
+from solver.recorder import HISTORY
+from verification.case import OK
 
-
-def test_printed_energies_are_those_of_table_1():
-    energies, table = printed_energies("l-plate")
-    assert table == "Table 1"
-    assert [text for _, text in energies.values()] == ["71.373", "72.455", "72.908", "73.135",
-                                                       "73.268"]
-
-
-def test_study_of_the_coarse_meshes():
-    """Energies rise with refinement, as the printed ones do; every run conserves."""
-    frame = mesh_study("l-plate", planned_runs("l-plate", (30, 120), dt=1e-2))
-    assert frame["elements"].tolist() == [30, 120]
-    assert 70.0 < frame["energy"][0] < frame["energy"][1] < 73.0
-    assert frame["energy_drift"].max() < 1e-5
-    assert frame["linear_momentum_drift"].max() < 1e-11
-    # assumed geometry and load: no agreement is asserted, only that the difference is computed
-    ours, printed = frame["energy"][0], 71.373
-    assert frame["difference_percent"][0] == pytest.approx(100.0 * (ours / printed - 1.0))
+LIMIT = 73.0
 
 
-def test_command_prints_the_table():
-    arguments = ("converge", "l-plate", "--elements", "30", "--dt", "0.01")
-    done = corovec(*arguments)
-    assert done.returncode == 0
-    assert "71.373" in done.stdout and "Agreement is not proof" in done.stdout
-    row = json.loads(corovec(*arguments, "--json").stdout)["rows"][0]
-    assert row["printed"] == "71.373" and row["elements"] == 30
+@dataclass(eq=False)
+class Formula:
+    """An outcome whose energy after unloading is known: 73 J - 2 h + step_error dt^2."""
+
+    run: Run
+    step_error: float
+    drift: float = 0.08
+    failed: bool = False
+    error: str = ""
+    seconds: float = 1.0
+    begun_at: int = 0
+
+    @property
+    def status(self):
+        return "failed" if self.failed else "finished"
+
+    @property
+    def description(self):
+        return None if self.failed else {"solver": "formula", "versions": {}, "machine": {}}
+
+    @property
+    def history(self):
+        """Energy constant, then changed at the last step: by drift dt^2, or lost by rho_inf < 1."""
+        if self.failed:
+            return None
+        s = self.run.settings
+        history = np.zeros(s.n_steps + 1, dtype=HISTORY)
+        history["time"] = s.dt * np.arange(s.n_steps + 1)
+        energy = LIMIT - 2.0 * np.sqrt(30 / self.run.elements) + self.step_error * s.dt**2
+        history["kinetic_energy"] = energy
+        history["kinetic_energy"][-1] *= 1.0 + self.drift * s.dt**2 - 0.1 * (1.0 - s.rho_inf)
+        history["momentum_scale"] = history["angular_scale"] = 1.0
+        return history
+
+
+class Formulas:
+    """A campaign that computes nothing; ``failing`` says which runs fail."""
+
+    def __init__(self, step_error=0.5, failing=lambda run: False):
+        self.step_error, self.failing, self.rounds = step_error, failing, []
+
+    def run(self, runs):
+        self.rounds.append(runs)
+        return {run.key: Formula(run, self.step_error, failed=self.failing(run)) for run in runs}
+
+
+def found(case_study, **options):
+    campaign = Formulas(**options)
+    outcomes = run_studies([case_study], campaign)
+    return outcomes, tables.study_tables(case_study, outcomes), campaign
+
+
+def summary(frames, quantity):
+    row = frames["summary"].set_index("quantity").loc[quantity]
+    return row["ours"]
+
+
+@pytest.mark.parametrize("step_error, dt, rounds", [
+    (0.5, 0.01, 1), (200.0, 0.005, 2), (800.0, 0.0025, 3), (1e9, 0.00125, 4)])
+def test_time_step_is_halved_until_it_does_not_matter(step_error, dt, rounds):
+    """Mesh error 0.5 J: halving must change less than 0.025 J, or the size allows no more."""
+    _, frames, campaign = found(CaseStudy("l-plate"), step_error=step_error)
+    assert (frames["mesh"]["dt"] == dt).all() and len(campaign.rounds) == rounds
+    share = frames["mesh"]["time_step_share"]
+    assert share.iloc[0] == pytest.approx(3.0 * step_error * dt**2 / 1.0, rel=1e-6)
+    assert share.iloc[-1] == pytest.approx(3.0 * step_error * dt**2 / 0.5, rel=1e-6)
+    (row,) = (row for row in frames["verdicts"].itertuples() if row.name.startswith("halving"))
+    assert row.verdict == ("within tolerance" if step_error < 1e9 else "deviates (explained)")
+
+
+def test_rates_of_known_energies():
+    """First order in h, second in dt: the study finds both, and the drift's order and step."""
+    _, frames, _ = found(CaseStudy("l-plate"))
+    mesh, steps, drift = frames["mesh"], frames["time_step"], frames["drift"]
+    assert mesh["order"].iloc[-1] == pytest.approx(1.0, abs=1e-9)
+    limit = LIMIT + 0.5 * 0.01**2
+    assert summary(frames, "limit, successive differences") == pytest.approx(limit, abs=1e-9)
+    assert mesh["richardson_error"].tolist() == pytest.approx(
+        [2.0 / limit, 1.0 / limit, 0.5 / limit], rel=1e-6)
+    assert mesh["error"].tolist() == pytest.approx([1.5 / 72.5, 0.5 / 72.5, 0.0], rel=1e-4)
+    assert summary(frames, "slope, finest mesh as reference") == pytest.approx(
+        -np.log2(3.0), abs=1e-9)
+    assert np.isnan(summary(frames, "R squared"))
+    assert steps["order"].dropna().tolist() == pytest.approx([2.0] * 3, abs=1e-4)
+    assert steps["paper_dt"].tolist() == [False] * 5 + [True]
+    assert steps["dt"].iloc[-1] == 1e-4 and steps["error"].iloc[-1] < 1e-9
+    assert steps["justified"].tolist() == [True] * 4 + [False] * 2
+    whole = drift[drift["until"] == 10.0]
+    assert whole["order"].dropna().tolist() == pytest.approx([2.0] * 2, abs=1e-6)
+    assert whole["energy_drift"].tolist() == pytest.approx(
+        [0.08 * dt**2 for dt in whole["dt"]], rel=1e-6)
+    assert sorted(set(drift["until"])) == [2.125, 3.25, 5.5, 10.0]
+    assert (drift.loc[drift["until"] < 10.0, "energy_drift"] == 0.0).all()
+    assert summary(frames, "time step for a drift of 1e-06") == pytest.approx(
+        np.sqrt(1e-6 / 0.08), rel=1e-6)
+    losses = frames["dissipation"].groupby("rho_inf")["energy_change"].last()
+    assert losses[0.5] == pytest.approx(-0.05, rel=1e-3)
+    assert set(frames["verdicts"]["verdict"]) <= set(OK)
+
+
+def test_printed_columns_beside_ours():
+    _, frames, _ = found(CaseStudy("l-plate", "full"))
+    mesh = frames["mesh"]
+    assert mesh["printed"].tolist() == ["71.373", "72.455", "72.908", "73.135", "73.268"]
+    assert mesh["printed_error"].tolist() == ["2.586%", "1.110%", "0.491%", "0.182%", "0.000%"]
+    assert mesh["change_of_printed"].tolist()[1:] == pytest.approx([1.082, 0.453, 0.227, 0.133])
+    row = frames["summary"].set_index("quantity").loc["slope, finest mesh as reference"]
+    assert row["of_printed"] == row["of_all_printed"] and f"{row['of_printed']:.2f}" == "-1.27"
+    assert row["printed"] == "-1.27"
+    verdicts = frames["verdicts"].set_index("name")["verdict"]
+    assert verdicts["printed energies: slope, finest mesh as reference"] == "within tolerance"
+    assert verdicts["printed energies: R squared"] == "within tolerance"
+    assert verdicts["30 elements: energy after unloading [J]"] == "deviates (explained)"
+
+
+def test_a_bad_scheme_is_found_out():
+    """Energy of first order in time, drift that does not fall, gain where loss is due: all open."""
+    case_study = CaseStudy("l-plate")
+    outcomes = run_studies([case_study], Formulas())
+    for outcome in outcomes.values():
+        outcome.step_error /= outcome.run.settings.dt
+        outcome.drift = 1e-4 / outcome.run.settings.dt**2
+        if outcome.run.settings.rho_inf < 1.0:
+            outcome.drift = 1.0 / outcome.run.settings.dt**2
+    for cached in (study.unloaded_energy, tables.run_measures, tables.drifts):
+        cached.cache_clear()
+    verdicts = tables.study_tables(case_study, outcomes)["verdicts"].set_index("name")["verdict"]
+    for name in ("energy against dt: order", "energy drift against dt: order",
+                 "energy lost with rho_inf = 0.9 / change with 1"):
+        assert verdicts[name] == "deviates (open)"
+
+
+def test_failed_runs_leave_gaps_not_errors():
+    """One mesh, one time step and one rho_inf fail: the rest of every table is there."""
+    def failing(run):
+        s = run.settings
+        return run.elements == 480 or s.dt == 0.0025 or s.rho_inf == 0.5
+
+    _, frames, _ = found(CaseStudy("l-plate"), failing=failing)
+    assert np.isnan(frames["mesh"]["energy"]).tolist() == [False, False, True]
+    assert (frames["runs"]["status"] == "failed").sum() >= 4
+    assert set(frames["dissipation"]["rho_inf"]) == {1.0, 0.9}
+    assert "deviates (open)" in set(frames["verdicts"]["verdict"])
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("case", case_names())
+def test_every_case_has_a_plan(case, size):
+    """Quick: coarse meshes and bounded runs; full and paper: all meshes; paper: its time step."""
+    plan = CaseStudy(case, size)
+    runs, sizes = plan.runs({}), load_case(case).sizes
+    assert tuple(plan.elements) == (sizes if size != "quick" else sizes[:len(plan.elements)])
+    assert 2 <= len(plan.elements) <= 3 or size != "quick"
+    assert len(plan.temporal_steps) >= 2 and len(plan.drift_steps) >= 2
+    if size == "quick":
+        assert max(run.work for run in runs) <= plan.size.work
+    else:
+        assert plan.drift_time == plan.paper_time
+    if size == "paper":
+        assert plan.mesh_steps[-1] == plan.drift_steps[-1] == plan.paper_dt
+
+
+def test_paper_time_of_the_l_plate():
+    assert CaseStudy("l-plate", "full").drift_time == pytest.approx(80.0)
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (("plate",), "case 'plate' is unknown"), (("l-plate", "tiny"), "size 'tiny' is unknown"),
+    (("l-plate", "quick", "thick"), "membrane 'thick' is unknown")])
+def test_wrong_studies(arguments, message):
+    with pytest.raises(InputError, match=message):
+        CaseStudy(*arguments)
+
+
+def test_case_that_is_never_unloaded(monkeypatch):
+    case = load_case("l-plate")
+    constant = case.histories["f"].model_copy(update={"times": [0.0], "values": [1.0]})
+    endless = case.model_copy(update={"histories": {"f": constant}, "name": "endless"})
+    monkeypatch.setattr(study, "load_case", lambda name: endless)
+    with pytest.raises(InputError, match="case endless is never unloaded"):
+        CaseStudy("endless")
+
+
+def test_half_of_the_last_digit():
+    assert last_digit("71.373") == 0.0005 and last_digit("2.586%") == 0.0005
+    assert last_digit("1274.9") == 0.05 and last_digit("80") == 0.5
+
+
+def test_assumptions_are_counted():
+    assert "9 assumed" in assumptions(load_case("l-plate"))
+
+
+TINY = Size(2, np.inf, 100, 100, 1.5e4, 2e4, 2, 2.0)
+HERE = Workers(lambda: ThreadPoolExecutor(1), 2)
+
+
+@pytest.fixture
+def command(monkeypatch, tmp_path):
+    """``corovec converge l-plate`` in a tiny size and in this process."""
+    monkeypatch.setitem(SIZES, "quick", TINY)
+    monkeypatch.setattr(execution, "processes", lambda jobs: HERE)
+    monkeypatch.chdir(tmp_path)
+    return lambda *options: CliRunner().invoke(converge, ["l-plate", *options],
+                                               catch_exceptions=False)
+
+
+def test_command_writes_tables_and_repeats_nothing(command, tmp_path, monkeypatch):
+    first = command()
+    assert "71.373" in first.stdout and "Agreement is not proof" in first.stdout
+    assert "8 finished" in first.stdout and first.stderr == ""
+    folder = tmp_path / "results" / "convergence"
+    mesh = pd.read_csv(folder / "l-plate" / "quick" / "mesh.csv")
+    assert mesh["elements"].tolist() == [30, 120] and mesh["printed"].tolist() == [71.373, 72.455]
+    assert 70.0 < mesh["energy"][0] < mesh["energy"][1] < 73.0
+    assert mesh["linear_momentum_drift"].max() < 1e-11
+    runs = pd.read_csv(folder / "l-plate" / "quick" / "runs.csv")
+    assert sorted(f"{key}.h5" for key in runs["key"]) == sorted(
+        path.name for path in (folder / "runs").iterdir())
+    report = json.loads((folder / "l-plate" / "quick" / "study.json").read_text())
+    origin = report["origin"]
+    assert origin["commit"] and origin["versions"]["numpy"] == np.__version__
+    assert origin["computed_with"] == [{name: origin[name] for name in ("machine", "versions")}]
+    assert report["mesh"][0]["energy"] == pytest.approx(mesh["energy"][0], rel=1e-12)
+    assert {"mesh", "time_step", "drift", "dissipation", "summary", "verdicts",
+            "runs"} < report.keys()
+
+    monkeypatch.setattr(store, "simulate", None)
+    again = json.loads(command("--json").stdout)["l-plate"]
+    assert {row["status"] for row in again["runs"]} == {"cached"}
+    assert again["mesh"] == report["mesh"] and again["verdicts"] == report["verdicts"]
+
+
+def test_command_with_a_run_that_fails(command, monkeypatch):
+    """Status 1, one line on standard error, and the tables of the rest."""
+    def fails(model, settings, **options):
+        if len(model.quads) == 120 and settings.dt == 0.01:
+            raise StepError("no convergence at t = 0.5 s")
+        return simulate(model, settings, **options)
+
+    monkeypatch.setattr(store, "simulate", fails)
+    done = command()
+    assert done.exit_code == 1
+    assert done.stderr.count("\n") == 1 and "120 elements, dt 0.01 s" in done.stderr
+    assert "no convergence at t = 0.5 s" in done.stderr
+    assert "1 failed" in done.stdout and "70.64" in done.stdout
+
+
+def test_membrane_field_is_another_study(command):
+    fields = {name: json.loads(command("--json", "--membrane", name).stdout)["l-plate"]
+              for name in ("stress", "strain")}
+    assert fields["stress"]["mesh"][0]["energy"] > fields["strain"]["mesh"][0]["energy"]
+    assert {row["status"] for row in fields["strain"]["runs"]} == {"finished"}
+    assert {row["membrane"] for row in fields["strain"]["runs"]} == {"strain"}
+
+
+def test_commit_outside_git(monkeypatch, tmp_path):
+    monkeypatch.setattr(tables.solver, "__file__", str(tmp_path / "__init__.py"))
+    assert tables.commit() == f"version {tables.versions()['corovec']}"
+
+
+def test_sizes_are_ordered():
+    """A larger size computes at least as much of everything."""
+    quick, full, paper = SIZES["quick"], SIZES["full"], SIZES["paper"]
+    for less, more in ((quick, full), (full, paper)):
+        for name in ("elements", "steps", "drift_steps", "mesh_work", "work", "drift_levels"):
+            assert getattr(less, name) <= getattr(more, name)
+    assert paper == replace(full, mesh_work=np.inf, work=np.inf, paper_step=True)

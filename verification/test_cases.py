@@ -224,11 +224,12 @@ def test_calibration_finds_a_known_factor(monkeypatch):
     dt = 0.01 s keeps the energy to 1e-4; 1e-6 of the energy is less of the factor (E ~ factor^1.7).
     """
     target = energy_after_unloading(load_case("l-plate").model(30, 1.1), 0.01)
-    monkeypatch.setattr(calibration, "printed_energies",
-                        lambda case: ({30: (target, "made")}, "Table 0"))
+    text = repr(target)
+    monkeypatch.setattr(calibration, "printed_results", lambda case: {
+        "table": "Table 0", "elements": [30], "energy": [text]})
     factor, found = calibrate("l-plate", 30, dt=0.01)
     assert factor == pytest.approx(1.1, rel=1e-6)
-    assert abs(found.residual) <= 1e-6 and found.printed == "made"
+    assert abs(found.residual) <= 1e-6 and found.printed == text
     with pytest.raises(InputError, match="dt 0.02 s is too long: at half the step the energy"):
         calibrate("l-plate", 30, dt=0.02)
     with pytest.raises(InputError, match="Table 0 has no energy of 120 elements"):

@@ -1,0 +1,177 @@
+"""Many runs: each with one result file, never computed twice; or in memory, for studies of models.
+
+>>> from convergence import run_many
+>>> results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
+"""
+
+import os
+import sys
+import tempfile
+import warnings
+from concurrent.futures import wait
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from solver import InputError, ResultFileError, read, simulate, warm_up
+
+from .execution import complete, failure, processes
+from .run import Run, as_run, code_version
+from .store import inspect, record, set_aside, writable_folder
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What became of a run.
+
+    Attributes:
+        run: the :class:`Run`; path: its result file.
+        status: ``finished`` now, ``cached`` from an earlier campaign, or ``failed``.
+        error: why it failed.
+        seconds: of the process that finished it; begun_at: the step at which that one took over.
+        description: what the file says of solver, versions and machine.
+    """
+
+    run: Run
+    path: Path
+    status: str
+    error: str = ""
+    seconds: float = float("nan")
+    begun_at: int = 0
+    description: dict = None
+
+    @property
+    def history(self):
+        """Histories of the run, read from its file; None if it failed."""
+        return None if self.status == "failed" else read(self.path)["history"]
+
+
+class Campaign:
+    """Runs with one result file each in ``folder``, executed by ``workers``.
+
+    Finished runs are not run again, interrupted ones go on from their last checkpoint (on this
+    machine), and one that fails does not stop the others.  Use it as a context: it shows one
+    progress bar on standard error where that is a terminal.
+
+    Args:
+        folder: where the result files are; workers: :class:`~convergence.execution.Workers`.
+        notify: called with a line of text when a run fails or a file is found damaged.
+
+    Raises:
+        ResultFileError: the folder cannot be written.
+    """
+
+    def __init__(self, folder, workers, notify=warnings.warn):
+        self.folder = writable_folder(folder)
+        self._workers, self._notify = workers, notify
+        self._bar = None
+
+    def __enter__(self):
+        from tqdm import tqdm
+        self._bar = tqdm(total=0, unit=" element steps", unit_scale=True, disable=None,
+                         file=sys.stderr, leave=False)
+        return self
+
+    def __exit__(self, *_):
+        self._bar.close()
+
+    def run(self, runs):
+        """``{key: Outcome}`` of all ``runs``, the longest first."""
+        outcomes, tasks = {}, []
+        for run in sorted(runs, key=lambda run: -run.work):
+            if run.key in outcomes:
+                continue
+            outcomes[run.key] = outcome = self._outcome(run, "cached")
+            if outcome is None:
+                path = self._path(run) if self._workers.shared_disk else None
+                tasks.append((run, path, code_version()))
+        self._bar.total += sum(run.work for run, *_ in tasks)
+        self._bar.refresh()
+        for (run, *_), data, error in complete(self._workers, _record, tasks):
+            outcomes[run.key] = self._finish(run, data, error)
+            self._bar.set_postfix_str(f"last: {run}", refresh=False)
+            self._bar.update(run.work)
+        return outcomes
+
+    def _path(self, run):
+        return self.folder / f"{run.key}.h5"
+
+    def _outcome(self, run, status):
+        """The :class:`Outcome` of a finished run, None if it is not; damage is set aside."""
+        path = self._path(run)
+        try:
+            contents = inspect(path, run)
+        except ResultFileError as error:
+            self._notify(f"{error}; set aside as {set_aside(path).name}, its run is repeated")
+            return None
+        if contents is None:
+            return None
+        stamp = contents["stamp"]
+        return Outcome(run, path, status, seconds=stamp["seconds"], begun_at=stamp["begun_at"],
+                       description=contents["description"])
+
+    def _finish(self, run, data, error):
+        """Outcome of a run that a worker has ended; ``data`` is its file, if that was elsewhere."""
+        path = self._path(run)
+        if error is None and data is not None:
+            with tempfile.NamedTemporaryFile(dir=self.folder, suffix=".part", delete=False) as file:
+                file.write(data)
+            os.replace(file.name, path)
+        outcome = self._outcome(run, "finished") if error is None else None
+        if outcome is None:
+            text = f"{type(error).__name__}: {error}" if error else "its result file is damaged"
+            self._notify(f"{run}: failed: {text}")
+            outcome = Outcome(run, path, "failed", error=text)
+        return outcome
+
+
+def run_many(items, executor=None, jobs=None):
+    """Run many models and keep the results in memory.
+
+    Args:
+        items: pairs (model or case, :class:`solver.Settings`); a case's name stands for its default
+            mesh.  Or :class:`Run` s.
+        executor: any ``concurrent.futures.Executor``; left out, ``jobs`` spawned processes, one a
+            usable core.  A script needs ``if __name__ == "__main__":`` around the call then.
+
+    Returns:
+        list: in the order of ``items``, each a :class:`solver.Result`, or the exception that its
+        run ended with.
+
+    Raises:
+        InputError: an item or ``jobs`` is not what it should be; nothing has been computed.
+    """
+    runs = [as_run(item) for item in items]
+    if executor is None:
+        ended = {run: error or value
+                 for run, value, error in complete(processes(jobs), _compute, runs)}
+        return [ended[run] for run in runs]
+    futures = [executor.submit(_compute, run) for run in runs]
+    wait(futures)
+    return [failure(future) or future.result() for future in futures]
+
+
+@cache
+def _warm_up():
+    """Kernels are compiled or loaded once a process."""
+    return warm_up()
+
+
+def _compute(run):
+    """In a worker: the result of a run."""
+    _warm_up()
+    return simulate(run.model, run.settings)
+
+
+def _record(task):
+    """In a worker: a run into its file, or the bytes of that file where it has no path."""
+    run, path, code = task
+    if code != code_version():
+        raise InputError(f"the worker runs corovec {code_version()}, the campaign {code}")
+    _warm_up()
+    if path is not None:
+        return record(run, path)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.h5"
+        record(run, path)
+        return path.read_bytes()

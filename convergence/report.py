@@ -1,0 +1,74 @@
+"""A study as text on the terminal."""
+
+import click
+import numpy as np
+
+from verification.case import OK
+
+from .study import printed_results
+from .verdicts import assumptions
+
+
+def show(study, tables, folder):
+    """Print the tables of a study; ``folder`` is where they were written."""
+    printed = printed_results(study.case)
+    beside = f", beside {printed['table']} of the paper" if printed else ""
+    click.echo(f"{study.definition.title}: energy after load removal{beside}")
+    _show_mesh(tables["mesh"])
+    _show_summary(tables["summary"])
+    _show_dissipation(tables["dissipation"])
+    _show_verdicts(tables["verdicts"], tables["runs"])
+    if why := assumptions(study.definition):
+        click.echo(f"Agreement is not proof: {why} (corovec list shows them).")
+    click.echo(f"Tables and verdicts: {folder}\n")
+
+
+def _show_mesh(mesh):
+    finest = mesh["elements"].iloc[-1]
+    click.echo(f"{'elements':>9} {'printed [J]':>12} {'error':>7} {'ours [J]':>10} {'error':>7} "
+               f"{'difference':>11} {'E drift':>9} {'L drift':>9} {'J drift':>9} {'time':>9}")
+    for row in mesh.itertuples():
+        click.echo(f"{row.elements:>9} {row.printed:>12} {_percent(row.error_of_printed):>7} "
+                   f"{row.energy:>10.3f} {_percent(row.error):>7} {row.difference:>+11.2%} "
+                   f"{row.energy_drift:>9.1e} {row.linear_momentum_drift:>9.0e} "
+                   f"{row.angular_momentum_drift:>9.0e} {row.seconds:>7.1f} s")
+    click.echo(f"Errors: relative to the mesh of {finest} elements.  Drifts: in free flight until "
+               f"{mesh['end_time'].iloc[0]:g} s.")
+
+
+def _show_summary(summary):
+    click.echo(f"{'':<40} {'ours':>9} {'from printed energies:':>23} {'all meshes':>11} "
+               f"{'stated':>7}")
+    for row in summary.itertuples():
+        name = row.quantity + (f" [{row.unit}]" if row.unit else "")
+        beside = (f"{_number(row.of_printed):>23} {_number(row.of_all_printed):>11} "
+                  f"{row.printed:>7}".rstrip())
+        click.echo(f"{name:<40} {_number(row.ours):>9} {beside or ' ' + row.note}".rstrip())
+
+
+def _show_dissipation(dissipation):
+    last = dissipation.groupby("rho_inf").last().sort_index(ascending=False)
+    if len(last):
+        changes = ", ".join(f"{row.energy_change:+.1e} ({rho:g})" for rho, row in last.iterrows())
+        click.echo(f"energy change until {last['time'].iloc[0]:g} s, dt = {last['dt'].iloc[0]:g} s "
+                   f"(rho_inf): {changes}")
+
+
+def _show_verdicts(verdicts, runs):
+    for row in verdicts[~verdicts["verdict"].isin(OK)].itertuples():
+        click.echo(f"{row.verdict}: {row.name}: {row.value:.4g}, reference {row.reference:.4g}, "
+                   f"tolerance {row.tolerance:.1g}")
+    counts = verdicts["verdict"].value_counts()
+    click.echo("verdicts: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
+    ended = runs["status"].value_counts()
+    click.echo("runs: " + ", ".join(f"{count} {name}" for name, count in ended.items())
+               + f", {runs['seconds'].sum():.0f} s of computing")
+
+
+def _percent(value):
+    return f"{value:.3%}" if np.isfinite(value) else ""
+
+
+def _number(value):
+    digits = ".4g" if abs(value) >= 1e-4 else ".1e"
+    return f"{value:{digits}}" if np.isfinite(value) else ""

@@ -1,0 +1,77 @@
+"""A run of a campaign: what is computed, and the hash that names its result."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from functools import cache, cached_property
+from importlib import metadata
+from pathlib import Path
+
+import solver
+from solver import InputError, Model, Settings
+from solver.cases import load_case
+from solver.simulation import fingerprint
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A model with the settings to run it with; ``case`` is the name of its benchmark, if any."""
+
+    model: Model
+    settings: Settings
+    case: str | None = None
+
+    @cached_property
+    def key(self):
+        """SHA-256 of all that the result depends on: model, settings, case, version of the code."""
+        content = {"case": self.case, "fingerprint": fingerprint(self.model),
+                   "settings": asdict(self.settings), "code": code_version()}
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def elements(self):
+        return len(self.model.quads)
+
+    @property
+    def work(self):
+        """Elements times steps, a measure of the time it takes."""
+        return self.elements * self.settings.n_steps
+
+    def __str__(self):
+        s = self.settings
+        return (f"{self.case or 'model'}, {self.elements} elements, dt {s.dt:g} s, end time "
+                f"{s.end_time:g} s, {s.scheme}, rho_inf {s.rho_inf:g}")
+
+
+def as_run(item):
+    """A :class:`Run` from itself, or from a pair of a model, or a case's name, and settings.
+
+    A name stands for the default mesh of its case.
+
+    Raises:
+        InputError: anything else.
+    """
+    if isinstance(item, Run):
+        return item
+    try:
+        model, settings = item
+    except (TypeError, ValueError):
+        raise InputError(f"a run must be a Run or a pair (model or case, settings), is {item!r}"
+                         ) from None
+    case = model if isinstance(model, str) else None
+    if case is not None:
+        definition = load_case(case)
+        model = definition.model(definition.defaults.elements)
+    if not isinstance(model, Model) or not isinstance(settings, Settings):
+        raise InputError(f"a run must be a pair (model or case, settings), is a pair of "
+                         f"{type(model).__name__} and {type(settings).__name__}")
+    return Run(model, settings, case)
+
+
+@cache
+def code_version():
+    """Version of the package and a digest of the solver's sources: an edit makes new results."""
+    folder, digest = Path(solver.__file__).parent, hashlib.sha256()
+    for source in sorted(folder.rglob("*.py")):
+        digest.update(source.relative_to(folder).as_posix().encode() + source.read_bytes())
+    return f"{metadata.version('corovec')}+{digest.hexdigest()[:16]}"

@@ -1,0 +1,111 @@
+"""The hash of a run: changed by each parameter, and by nothing else."""
+
+import os
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from convergence import Run, run
+from solver import InputError, Model, NodalLoad, Settings, Support, TimeFunction
+from solver.cases import load_case
+
+SETTINGS = {"dt": 0.005, "end_time": 0.2, "scheme": "newmark", "rho_inf": 0.9,
+            "transformation": "average", "solver": "skyline", "tolerance": 1e-8,
+            "min_iterations": 2, "max_iterations": 30, "frame_every": 3}
+
+MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 2, 3, 0)],
+         "thickness": 0.2, "youngs": 2.0, "poisson": 0.2, "density": 2.0,
+         "loads": [NodalLoad(0, (0, 0, 2), TimeFunction((0, 1), (1, 0)))],
+         "supports": [Support((0,), ("x",))], "normals": [(0.6, 0.0, 0.8)] * 4,
+         "velocity": np.ones((4, 3)), "normal_velocity": [(1, 0, 0)] * 4, "membrane": "strain",
+         "shear": "compatible"}
+
+
+def plate(**changes):
+    values = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], "quads": [(0, 1, 2, 3)],
+              "thickness": 0.1, "youngs": 1.0, "poisson": 0.3, "density": 1.0,
+              "loads": [NodalLoad(0, (0, 0, 1), TimeFunction((0, 1), (1, 0)))]}
+    return Model(**{**values, **changes})
+
+
+def key(settings=None, case=None, **changes):
+    return Run(plate(**changes), settings or Settings(dt=0.01, end_time=0.1), case).key
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Settings)])
+def test_every_setting_changes_the_hash(name):
+    settings = Settings(dt=0.01, end_time=0.1)
+    assert key(replace(settings, **{name: SETTINGS[name]})) != key(settings)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Model)])
+def test_every_part_of_the_model_changes_the_hash(name):
+    assert key(**{name: MODEL[name]}) != key()
+
+
+def test_load_history_and_case_change_the_hash():
+    later = [NodalLoad(0, (0, 0, 1), TimeFunction((0, 2), (1, 0)))]
+    assert len({key(), key(loads=later), key(case="l-plate"), key(case="ruler")}) == 4
+
+
+def test_code_changes_the_hash(monkeypatch):
+    before = key()
+    monkeypatch.setattr(run, "code_version", lambda: "0.1.0+edited")
+    assert key() != before
+
+
+def test_code_version_sees_every_source(monkeypatch, tmp_path):
+    """An edit, a new file and a new name of a file are new versions; other files are not."""
+    package = tmp_path / "solver" / "kernels"
+    package.mkdir(parents=True)
+    main, kernel = package.parent / "__init__.py", package / "element.py"
+    main.write_text("")
+    kernel.write_text("x = 1\n")
+    monkeypatch.setattr(run.solver, "__file__", str(main))
+    version = run.code_version.__wrapped__
+    seen = [version()]
+    kernel.write_text("x = 2\n")
+    seen.append(version())
+    kernel.rename(package / "elements.py")
+    seen.append(version())
+    (package / "new.py").write_text("")
+    seen.append(version())
+    assert len(set(seen)) == 4
+    (package / "notes.txt").write_text("not code")
+    assert version() == seen[-1]
+
+
+def test_equal_runs_have_equal_hashes_in_every_process():
+    """Neither the object, nor the way numbers are given, nor the process matters."""
+    settings = Settings(dt=0.01, end_time=0.1)
+    assert key() == key(settings, thickness=[0.1], velocity=np.zeros((4, 3)), supports=())
+    mesh = load_case("l-plate").model(30)
+    script = ("from solver import Settings; from solver.cases import load_case;"
+              "from convergence import Run;"
+              "print(Run(load_case('l-plate').model(30), Settings(dt=0.01, end_time=0.1)).key)")
+    other = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
+                           check=True, env={**os.environ, "PYTHONPATH": ":".join(sys.path)})
+    assert other.stdout.strip() == Run(mesh, settings).key
+
+
+def test_as_run():
+    settings = Settings(dt=0.01, end_time=0.1)
+    named = run.as_run(("l-plate", settings))
+    assert named.case == "l-plate" and named.elements == 120
+    assert run.as_run(named) is named
+    assert run.as_run((named.model, settings)).case is None
+
+
+@pytest.mark.parametrize("item, message", [
+    ("l-plate", "must be a Run or a pair"),
+    (7, "must be a Run or a pair"),
+    (("plate", Settings(dt=0.1, end_time=1.0)), "case 'plate' is unknown"),
+    (("l-plate", 0.1), "a pair of Model and float"),
+    ((None, Settings(dt=0.1, end_time=1.0)), "a pair of NoneType and Settings"),
+])
+def test_as_run_refuses_what_is_no_run(item, message):
+    with pytest.raises(InputError, match=message):
+        run.as_run(item)

@@ -1,0 +1,113 @@
+"""Verdicts of a study: its numbers beside the printed ones, and beside what the scheme promises.
+
+No agreement with printed energies is asked for while the geometry or the loads of a case are
+assumed: such rows deviate, explained by that.  What is asked for is what assumptions do not touch.
+"""
+
+import numpy as np
+
+from verification.case import Row, small
+
+from .rates import log_log_fit
+from .study import DRIFT_TARGET, JUSTIFIED
+
+SECOND_ORDER = 1.8
+"""Least observed order that counts as second order."""
+
+ROUNDING = 1e-11
+"""Linear momentum after up to a million steps, relative to the sum of m |v| (seen: 1e-14)."""
+
+
+def verdicts(study, tables):
+    """:class:`verification.case.Row` s of a study."""
+    return [*_printed_rates(tables["summary"]), *_printed_energies(study, tables["mesh"]),
+            *_time_step(study, tables), *_conservation(study, tables["drift"]),
+            *_dissipation(tables["dissipation"])]
+
+
+def assumptions(definition):
+    """In words, how many parameters of a case are not from the paper; empty if all are."""
+    kinds = [provenance for *_, provenance, _ in definition.provenance()]
+    counts = [f"{kinds.count(kind)} {kind}" for kind in ("assumed", "calibrated") if kind in kinds]
+    return (f"parameters of the case that the paper's text does not give: {' and '.join(counts)}"
+            if counts else "")
+
+
+def last_digit(text):
+    """Half a unit of the last digit of a printed number."""
+    return 0.5 * 10.0 ** -len(text.rstrip("%").partition(".")[2])
+
+
+def _printed_rates(summary):
+    """The paper's own regression, repeated with its printed energies."""
+    for row in summary.itertuples():
+        if isinstance(row.printed, str) and row.printed:
+            yield Row(f"printed energies: {row.quantity}", row.of_all_printed, float(row.printed),
+                      "published", last_digit(row.printed), "half of the last printed digit",
+                      scale=1.0)
+
+
+def _printed_energies(study, mesh):
+    """Energies and errors beside those printed for the same meshes."""
+    why, finest = assumptions(study.definition), mesh["elements"].iloc[-1]
+    for row in mesh.itertuples():
+        if row.printed:
+            digit = last_digit(row.printed) / float(row.printed)
+            yield Row(f"{row.elements} elements: energy after unloading [J]", row.energy,
+                      float(row.printed), "published", digit, "half of the last printed digit",
+                      explanation=why)
+            if row.elements != finest:
+                yield Row(f"{row.elements} elements: error, {finest} as reference", row.error,
+                          row.error_of_printed, "published", 2.0 * digit,
+                          "half of the last printed digit of both energies", scale=1.0,
+                          explanation=why)
+
+
+def _time_step(study, tables):
+    """Whether the time step is justified and the energy of second order in it."""
+    limit = study.mesh_steps[-1]
+    at_limit = tables["mesh"]["dt"].iloc[0] == limit
+    yield Row("halving the time step: change of energy / mesh error",
+              tables["mesh"]["time_step_share"].max(), 0.0, "converged", JUSTIFIED,
+              "a small part of the mesh error", scale=1.0,
+              explanation=f"{limit:g} s is the smallest time step of size {study.size_name}"
+              if at_limit else "")
+    steps = tables["time_step"].dropna(subset="change_by_halving")
+    if len(steps) > 1:
+        yield _at_least("energy against dt: order",
+                        log_log_fit(steps["dt"], steps["change_by_halving"].abs()).slope,
+                        SECOND_ORDER, "second order")
+
+
+def _conservation(study, drift):
+    """Drifts over the whole free flight at the smallest time step, and the energy's order."""
+    drift = drift[drift["until"] == drift["until"].max()]
+    last = drift.iloc[-1]
+    when = f"{study.drift_time:g} s, dt = {last['dt']:g} s"
+    larger = ("the smallest time step of this size is larger than the paper's"
+              if last["dt"] > study.paper_dt else "")
+    reason = "second order in dt: reached by a small enough time step"
+    yield Row(f"energy drift, {when}", last["energy_drift"], 0.0, "analytic", DRIFT_TARGET, reason,
+              scale=1.0, explanation=larger)
+    if np.isfinite(last["linear_momentum_drift"]):
+        yield small(f"linear momentum drift, {when}", last["linear_momentum_drift"], ROUNDING,
+                    "rounding")
+        yield Row(f"angular momentum drift, {when}", last["angular_momentum_drift"], 0.0,
+                  "analytic", DRIFT_TARGET, reason, scale=1.0, explanation=larger)
+    if len(drift) > 1:
+        yield _at_least("energy drift against dt: order",
+                        log_log_fit(drift["dt"], drift["energy_drift"]).slope, SECOND_ORDER,
+                        "second order")
+
+
+def _dissipation(dissipation):
+    """The smaller rho_inf, the more energy is lost."""
+    last = dissipation.groupby("rho_inf")["energy_change"].last().sort_index(ascending=False)
+    for (above, more), (below, less) in zip(list(last.items())[:-1], list(last.items())[1:]):
+        yield _at_least(f"energy lost with rho_inf = {below:g} / change with {above:g}",
+                        -less / np.abs(more), 1.0, "a smaller rho_inf dissipates more")
+
+
+def _at_least(name, value, least, reason):
+    """Row of a number that must reach ``least``."""
+    return Row(name, value, least, "analytic", 0.0, reason, above=True)
