@@ -10,7 +10,7 @@ from pathlib import Path
 import solver
 from solver import InputError, Model, Settings
 from solver.cases import load_case
-from solver.simulation import fingerprint
+from solver.provenance import fingerprint
 
 
 @dataclass(frozen=True, eq=False)

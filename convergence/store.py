@@ -13,7 +13,7 @@ from pathlib import Path
 import h5py
 
 from solver import ResultFileError, read, simulate
-from solver.simulation import fingerprint
+from solver.provenance import fingerprint
 
 STAMP = "campaign"
 

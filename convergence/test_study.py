@@ -17,7 +17,7 @@ from convergence.study import SIZES, CaseStudy, Size, run_studies
 from convergence.verdicts import assumptions, last_digit
 from solver import InputError, StepError, simulate
 from solver.cases import case_names, load_case
-from solver.recorder import HISTORY
+from solver.simulation import HISTORY
 from verification.case import OK
 
 LIMIT = 73.0
