@@ -13,7 +13,7 @@ from solver import InputError, Model, NodalLoad, Settings, Support, TimeFunction
 from solver.cases import load_case
 
 SETTINGS = {"dt": 0.005, "end_time": 0.2, "scheme": "newmark", "rho_inf": 0.9,
-            "transformation": "average", "solver": "skyline", "tolerance": 1e-8,
+            "transformation": "average", "axes": "global", "solver": "skyline", "tolerance": 1e-8,
             "min_iterations": 2, "max_iterations": 30, "frame_every": 3}
 
 MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 2, 3, 0)],
@@ -41,9 +41,17 @@ def test_every_setting_changes_the_hash(name):
     assert key(replace(settings, **{name: SETTINGS[name]})) != key(settings)
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(Model)])
+@pytest.mark.parametrize("name", [field.name for field in fields(Model) if field.name not in
+                                  ("fold_angle", "patches", "directors")])
 def test_every_part_of_the_model_changes_the_hash(name):
     assert key(**{name: MODEL[name]}) != key()
+
+
+def test_where_plates_meet_changes_the_hash():
+    corner = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (-0.8, 0, 0.6), (-0.8, 1, 0.6)],
+              "quads": [(0, 1, 2, 3), (0, 3, 5, 4)]}
+    assert len({key(**corner), key(**corner, fold_angle=30.0)}) == 2
+    assert key(**corner, fold_angle=30.0) == key(**corner, patches=(1, 2))
 
 
 def test_load_history_and_case_change_the_hash():

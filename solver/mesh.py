@@ -245,7 +245,7 @@ def _spread(directors):
         best = int(np.argmax(sizes))
         if sizes[best] < LEAST_SPREAD:
             raise InputError(f"node {i}: the {len(members)} plates that meet there are coplanar, "
-                             "no junction of plates: join them in one patch")
+                             "no junction: let them share an edge, in one patch")
         swapped[members] = [*pairs[best], *(m for m in members if m not in pairs[best])]
     back = np.argsort(swapped)
     return Directors(normals[swapped], first, back[vertices])

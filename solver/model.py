@@ -14,11 +14,11 @@ from .checks import TINY, choice, existing, floats, integers, number, vector
 from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants
 from .errors import InputError
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
-from .mesh import FOLD_ANGLE, Directors, check_mesh, find_directors, node_numbers
+from .mesh import FOLD_ANGLE, LEAST_SPREAD, Directors, check_mesh, find_directors, node_numbers
 
-STEEPEST_COMPONENT = 0.9
-"""Largest square of a single normal component that a support may hold: beyond, the normal is as
-good as fixed, and its component cannot be a rotational variable."""
+STEEPEST_COMPONENT = 0.75
+"""Largest square of a single normal component that a support may hold: beyond, what is left of the
+normal is too short to be a dependent component wherever it turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +117,10 @@ class Model:
             k = int(np.argmin(aligned))
             raise InputError(f"normals[{k}] is more than 60 degrees from the mean normal of its "
                              "elements")
+        for i in np.flatnonzero(np.diff(found.first) > 1):
+            one, two = normals[found.first[i]:found.first[i] + 2]
+            if np.linalg.norm(np.cross(one, two)) < LEAST_SPREAD:
+                raise InputError(f"normals: the plates that meet at node {i} are given the same")
         return found._replace(normals=floats("normals", normals / length[:, None], normals.shape))
 
     def _check_normal_velocity(self):

@@ -24,7 +24,8 @@ def fingerprint(model):
     """SHA-256 of everything that defines a model."""
     digest = hashlib.sha256()
     for array in (model.nodes, model.quads, model.thickness, model.youngs, model.poisson,
-                  model.density, model.normals, model.velocity, model.normal_velocity):
+                  model.density, model.normals, model.directors.first,
+                  model.directors.vertices, model.velocity, model.normal_velocity):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
     return digest.hexdigest()

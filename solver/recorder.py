@@ -222,8 +222,8 @@ def writable_path(path, overwrite=False):
     """
     path, exists = _regular_file(path)
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists: use --overwrite to replace it or --resume to "
-                              "continue it")
+        raise ResultFileError(f"{path} exists: use --overwrite to replace it, or --resume "
+                              "to continue a run")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path

@@ -64,6 +64,8 @@ class StaticSettings:
             raise InputError(f"max_divisions must lie in [0, 40], is {self.max_divisions}")
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
+        if self.fast_iterations < 1:
+            raise InputError(f"fast_iterations must be at least 1, is {self.fast_iterations}")
         if self.max_iterations < 2:
             raise InputError(f"max_iterations must be at least 2, is {self.max_iterations}")
 

@@ -29,7 +29,8 @@ class Row:
         reason: why the tolerance is what it is.
         target: for a reference that is another element's result: the exact value both approximate;
             a value nearer to it than the reference is ``better``.
-        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``.
+        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``
+        covers: as long as |difference| is not larger than this.
         above: the value must be at least the reference (for baselines that must fail).
     """
 
@@ -42,6 +43,7 @@ class Row:
     scale: float = None
     target: float = None
     explanation: str = ""
+    covers: float = np.inf
     above: bool = False
 
     @property
@@ -63,7 +65,8 @@ class Row:
         if abs(self.difference) <= self.tolerance:
             exact = self.kind == "analytic" and self.tolerance <= 1e-6
             return "match" if exact else "within tolerance"
-        return "deviates (explained)" if self.explanation else "deviates (open)"
+        explained = self.explanation and abs(self.difference) <= self.covers
+        return "deviates (explained)" if explained else "deviates (open)"
 
     def as_dict(self):
         return {**asdict(self), "value": float(self.value), "reference": float(self.reference),

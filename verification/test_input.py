@@ -262,6 +262,16 @@ def corner(angle=90.0, flip=False, **options):
     return model(nodes, [(0, 1, 2, 3), (0, 4, 5, 3) if flip else (0, 3, 5, 4)], **options)
 
 
+def same_normals():
+    """Normals of a right-angled corner, both plates of every junction along their bisector."""
+    directors = corner().directors
+    normals = directors.normals.copy()
+    for i in np.flatnonzero(np.diff(directors.first) > 1):
+        pair = slice(directors.first[i], directors.first[i] + 2)
+        normals[pair] = normals[pair].sum(axis=0) / np.sqrt(2.0)
+    return normals
+
+
 def test_folds_are_junctions_from_the_fold_angle_on():
     """Plates that meet at an angle share nodes with two directors, or are one by their numbers."""
     assert np.diff(corner(90.0).directors.first).tolist() == [2, 1, 1, 2, 1, 1]
@@ -282,6 +292,9 @@ def test_folds_are_junctions_from_the_fold_angle_on():
     (lambda: corner(patches=(1, 2.5)), r"patches\[1\] must be an integer"),
     (lambda: corner(supports=[Support((3,), ("px",))]), "node 3: several plates meet there"),
     (lambda: corner(normals=np.tile((0, 0, 1.0), (6, 1))), r"normals: shape \(6, 3\) given"),
+    (lambda: corner(normals=np.array([(0, 1, 1), (0, 1, 1), *[(0, 0, 1)] * 6]) / 2**0.5),
+     "has length"),
+    (lambda: corner(normals=same_normals()), "plates that meet at node 0 are given the same"),
     (lambda: corner(normal_velocity=np.eye(8, 3)), "normal_velocity of node"),
 ])
 def test_bad_junctions(make, message):

@@ -8,8 +8,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from solver import Settings, simulate
+from solver import Settings, Support, simulate
 from solver.kernels import rotation
+from solver.model import STEEPEST_COMPONENT
 from solver.scheme import make_scheme
 from solver.system import NewtonRule, StepRecord, System
 from verification.jets import Jet, norm
@@ -185,6 +186,38 @@ def test_leaving_the_chart_is_reported():
                       (0.0, 0.0, np.nan)):
         assert not rotation.nodal_frame(*variables, np.eye(3), e)
     assert np.all(e == 7.0)
+
+
+def test_fallback_axes_suit_the_normal_as_it_is():
+    """A normal that is about to turn too far for following axes gets axes that suit it now."""
+    p = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
+    old, new = np.empty((3, 3)), np.empty((3, 3))
+    rotation.choose_triad(p, p, triad_of(p), -1, FOLLOWING, old)
+    ahead = p + (0.0, 4.5, 0.0)
+    assert rotation.choose_triad(p, ahead / np.linalg.norm(ahead), old, -1, FOLLOWING, new)
+    assert new[2] @ p > 1.0 / np.sqrt(3.0)
+    e = random_frame(np.random.default_rng(1))
+    rotation.choose_junction_triad(e, e, np.eye(3), True, old)
+    turned = e @ Rotation.from_rotvec(np.radians(100.0) * e[0]).as_matrix().T
+    assert rotation.choose_junction_triad(e, turned, old, True, new)
+    assert e[1] @ new[2] > 0.5
+
+
+@pytest.mark.parametrize("axes", ["nodal", "global"])
+def test_steep_normal_turns_about_its_fixed_component(axes):
+    """The steepest component that a support may hold alone lets the normal turn all the way."""
+    share = STEEPEST_COMPONENT - 1e-9
+    tilt = np.array([np.sqrt(share), 0.0, np.sqrt(1.0 - share)])
+    plate = rectangle(1.0, 1.0, (1, 1))
+    # the plate is perpendicular to its normal, which turns about X once a second
+    turn = Rotation.align_vectors([tilt], [(0.0, 0.0, 1.0)])[0].as_matrix()
+    model = replace(plate, nodes=plate.nodes @ turn.T, normals=None,
+                    supports=[Support((0, 1, 2, 3), ("x", "px"))])
+    model = spinning(model, (2.0 * np.pi, 0.0, 0.0))
+    result = simulate(model, Settings(dt=1.0 / 80.0, end_time=1.0, axes=axes))
+    assert np.abs(result.normals[:, 0] - tilt[0]).max() < 1e-15
+    assert np.abs(result.total_energy / result.total_energy[0] - 1.0).max() < 1e-3
+    assert result.normals[0] @ tilt > 0.99
 
 
 # --- junctions: three variables n = e_y . t_1, m = e_y . t_2, k = e_z . t_1

@@ -267,6 +267,7 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
         if size > 0.1 and _dot(v, triad[2]) > EARLIEST:
             _cross(triad[2], triad[0], triad[1])
             return True
+        ahead = v
     best, size = -1, -1.0
     if not empty:
         for c in range(3):
@@ -300,6 +301,7 @@ def choose_junction_triad(e, ahead, old, follow, triad):
         if _dot(e[1], ahead[1]) > EARLIEST and _dot(e[2], ahead[2]) > EARLIEST:
             triad[0], triad[1], triad[2] = ahead[0], ahead[2], ahead[1]
             return True
+        ahead = e
     choose_triad(e[1], ahead[1], old, -1, False, triad)
     same = True
     for c in range(3):

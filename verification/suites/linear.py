@@ -29,10 +29,13 @@ def plate(mesh, thickness, youngs, poisson, loads, supports, **options):
                  supports=supports, normals=mesh.normals, **options)
 
 
-def compare(name, value, reference, mitc4, kind=RECALLED, explanation=""):
-    """Row: normalised value beside MITC4's on the same mesh."""
+def compare(name, value, reference, mitc4, kind=RECALLED, explanation="", covers=0.0):
+    """Row: normalised value beside MITC4's on the same mesh.
+
+    An explanation ``covers`` what was seen when it was written, and little more.
+    """
     return Row(name, value / reference, mitc4, kind, 0.02, TWO_PERCENT, scale=1.0, target=1.0,
-               explanation=explanation)
+               explanation=explanation, covers=covers)
 
 
 # ------------------------------------------------------------------ beams
@@ -79,7 +82,7 @@ def run_straight_beam():
             rows.append(compare(f"{shape}, {load}, MITC4", value, theory, mitc4, OTHER))
             rows.append(compare(f"{shape}, {load}, QUAD4", value, theory, quad4, explanation=
                                 "a plain MITC4 twists as ours does on this mesh (row above); QUAD4 "
-                                "adds a residual bending flexibility"))
+                                "adds a residual bending flexibility", covers=0.1))
     locked = straight_beam("regular", membrane="compatible")[1] / THEORY[1]
     rows.append(Row("regular, in-plane shear, assumed membrane strains off", locked, 0.0933, OTHER,
                     0.002, "a bilinear membrane is the plain MITC4's", scale=1.0))
@@ -189,7 +192,8 @@ def run_plates():
                 rows.append(compare(
                     f"{name}, QUAD4", value, reference, quad4[k], explanation=
                     "QUAD4 adds a residual bending flexibility that MITC4 has not; coarse meshes "
-                    "of slender elements differ, both converge"))
+                    "of slender elements differ, both converge",
+                    covers=0.21 if n == 2 else 0.05))
     return rows
 
 
@@ -281,6 +285,9 @@ def linear_hemisphere(n, thickness=0.04, solve=solve_linear, **options):
     return 0.5 * (u[a, 0] - u[b, 1])
 
 
+STIFFER = {4: 0.54, 8: 0.03, 12: 0.02, 16: 0.02}
+"""By how much coarse meshes are stiffer than other elements, as seen."""
+
 MITC4_HEMISPHERE = {4: 1.0372, 8: 0.9970, 16: 0.9905}
 
 
@@ -288,10 +295,10 @@ def run_hemisphere():
     rows = []
     for n, mitc4 in MITC4_HEMISPHERE.items():
         rows.append(compare(f"{n} x {n}, MITC4", linear_hemisphere(n), 0.0940, mitc4, OTHER,
-                            PRINTED_SHEAR))
+                            PRINTED_SHEAR, STIFFER[n]))
     for n, quad4 in ((4, 1.024), (8, 1.005), (12, 0.998)):
         rows.append(compare(f"{n} x {n}, QUAD4", linear_hemisphere(n), 0.0940, quad4,
-                            explanation=PRINTED_SHEAR))
+                            explanation=PRINTED_SHEAR, covers=STIFFER[n]))
     return rows
 
 
@@ -397,7 +404,7 @@ def run_thickness_sweep():
         fine = [linear_hemisphere(n, thickness=0.04 * s) for s in (1.0, 0.1)]
         rows.append(Row(f"hemisphere, {n} x {n}, h/R = 4e-4 over 4e-3", fine[1] / fine[0], 0.98,
                         OTHER, 0.02, "MITC4 with exact normals: 0.99 to 0.98",
-                        explanation=PRINTED_SHEAR))
+                        explanation=PRINTED_SHEAR, covers={8: 0.65, 16: 0.035, 32: 0.02}[n]))
     return rows
 
 

@@ -28,6 +28,9 @@ SCHEME = (
            ("conservation",)),
     Mutant("trapezoidal rule instead of the quasi scheme", "simulation.py",
            'scheme: str = "quasi"', 'scheme: str = "newmark"', ("conservation",)),
+    Mutant("junction's tangent without the derivative of its spins", "kernels/rotation.py",
+           "                value += 0.5 * _dot(rate, total)\n", "                pass\n",
+           ("junction-tangent",)),
     Mutant("variables in global axes", "simulation.py", 'axes: str = "nodal"',
            'axes: str = "global"', ("spin",)),
 )
