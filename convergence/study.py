@@ -157,8 +157,8 @@ class CaseStudy:
         return [run for run in needed if run.key not in outcomes]
 
     def level(self, outcomes):
-        """Index of the time step of the mesh study: the first that is half of a justified one, or
-        the smallest allowed."""
+        """Index of the time step of the mesh study: the first justified one, or the smallest
+        allowed."""
         for k in range(1, len(self.mesh_steps)):
             known = all(self.mesh_run(n, self.mesh_steps[j]).key in outcomes
                         for j in (k - 1, k) for n in self.elements)
@@ -172,10 +172,13 @@ class CaseStudy:
                          for n in self.elements])
 
     def step_changes(self, outcomes, k):
-        """What the last halving of the time step changed, relative to the mesh errors (n,)."""
+        """What halving the k-th time step would change at most, relative to the mesh errors (n,).
+
+        Half of what halving to it has changed: the order in time is at least one.
+        """
         fine, coarse = self.energies(outcomes, k), self.energies(outcomes, k - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.abs(fine - coarse) / mesh_errors(fine)
+            return 0.5 * np.abs(fine - coarse) / mesh_errors(fine)
 
     def _halves(self, most):
         """Time steps with 50, 100, and 200, 400... steps until unloading, as long as these are at

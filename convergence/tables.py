@@ -154,7 +154,7 @@ def summary_table(study, tables):
     flight = f"until {last['until']:g} s, dt = {last['dt']:g} s"
     for quantity, value, unit, note in (
             ("time step of the mesh study", mesh["dt"][0], "s", ""),
-            ("change from its double / mesh error", mesh["time_step_share"].max(), "", "at most"),
+            ("change by halving it / mesh error", mesh["time_step_share"].max(), "", "at most"),
             ("order of the energy in dt",
              log_log_fit(steps["dt"], steps["change_by_halving"].abs()).slope, "", ""),
             ("energy drift", last["energy_drift"], "", flight),
