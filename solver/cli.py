@@ -18,6 +18,9 @@ WRONG_INPUT = 2
 FAILED = 1
 INTERRUPTED = 130
 
+WORRYING_DRIFT = 0.01
+"""Relative energy drift in free flight from which a run with rho_inf = 1 is warned of."""
+
 
 class _Commands(click.Group):
     """A group whose further commands come from installed entry points, loaded when called."""
@@ -151,6 +154,9 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
                            "solve": result.seconds.solve, "rest": result.seconds.rest,
                            "total": result.seconds.total, "compilation": compile_seconds}}
     _show(summary, as_json)
+    if rho_inf == 1.0 and result.drift and result.drift.energy > WORRYING_DRIFT:
+        click.echo(f"corovec: warning: the energy changed by {100 * result.drift.energy:.2g} % in "
+                   "free flight: take a smaller dt, or a smaller tolerance", err=True)
 
 
 @cli.command()
