@@ -40,9 +40,10 @@ class Skyline:
         diagonal = np.cumsum(rows - first + 1) - 1
         self.values = np.zeros(int(diagonal[-1]) + 1)
         self.storage = (diagonal - rows, _column_offsets(numbering, 1), diagonal, 1)
+        self._work = skyline.workspace(diagonal)
 
     def factor(self):
-        negative, failed = skyline.factor(self.values, self.storage[2])
+        negative, failed = skyline.factor(self.values, self.storage[2], *self._work)
         if failed >= 0:
             raise SingularMatrix(f"pivot {failed} of the skyline factorization is zero")
         return negative

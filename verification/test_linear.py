@@ -34,7 +34,7 @@ def test_skyline_against_lapack(n, definite):
     """LDL^T, its pivots' signs (Sylvester) and the solution, for profiles of every raggedness."""
     rng = np.random.default_rng(n)
     A, values, diagonal, d = random_skyline(rng, n, definite)
-    negative, failed = skyline.factor(values, diagonal)
+    negative, failed = skyline.factor(values, diagonal, *skyline.workspace(diagonal))
     assert failed == -1
     assert negative == np.sum(np.linalg.eigvalsh(A) < 0.0)
     assert np.allclose(values[diagonal], d, rtol=1e-9)
@@ -48,9 +48,9 @@ def test_skyline_against_lapack(n, definite):
 
 def test_skyline_zero_pivot_is_reported():
     values, diagonal = np.array([1.0, 1.0, 1.0]), np.array([0, 2])
-    assert skyline.factor(values, diagonal) == (0, 1)
+    assert skyline.factor(values, diagonal, *skyline.workspace(diagonal)) == (0, 1)
     values = np.array([1.0, np.nan, 1.0])
-    assert skyline.factor(values, diagonal) == (0, 1)
+    assert skyline.factor(values, diagonal, *skyline.workspace(diagonal)) == (0, 1)
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 60])
