@@ -7,6 +7,7 @@ from solver.provenance import machine, versions
 
 from .case import KINDS, OK, Case
 from .suites import (
+    benchmarks,
     dynamics,
     junctions,
     kernel,
@@ -18,7 +19,8 @@ from .suites import (
     shear,
 )
 
-SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions, mutants)
+SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions,
+          benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 
