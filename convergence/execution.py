@@ -66,10 +66,12 @@ def dask_workers(address):
     """
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise InputError("a scheduler needs the extra [cluster]: pip install 'corovec[cluster]'"
                          ) from None
     try:
+        get_address_host_port(address)  # a Client made in vain is slow to go
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         raise InputError(f"scheduler '{address}' cannot be reached: "
