@@ -71,7 +71,7 @@ def dask_workers(address):
         raise InputError("a scheduler needs the extra [cluster]: pip install 'corovec[cluster]'"
                          ) from None
     try:
-        get_address_host_port(address, strict=True)
+        get_address_host_port(address)  # a Client made in vain is slow to go
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         raise InputError(f"scheduler '{address}' cannot be reached: "
