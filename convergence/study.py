@@ -128,6 +128,8 @@ class CaseStudy:
     def drift_steps(self):
         """Time steps of the drift study, falling."""
         affordable = self.size.work / (self.elements[0] * self.drift_time / self.unloaded_at)
+        if self.size.paper_step:
+            affordable = self.unloaded_at / self.paper_dt
         steps = self._halves(min(self.size.drift_steps, affordable))[-self.size.drift_levels:]
         return sorted({*steps, self.paper_dt}, reverse=True) if self.size.paper_step else steps
 

@@ -56,12 +56,15 @@ def deviating_rows(mutant, case):
     with tempfile.TemporaryDirectory(prefix="corovec-mutant-") as folder:
         source, output = Path(folder) / "source.py", Path(folder) / "verdicts.json"
         source.write_text(mutant.source(), encoding="utf-8")
-        environment = dict(os.environ)
+        # the child imports the same packages as this process, wherever it is started
+        path = [str(ROOT.parent), os.environ.get("PYTHONPATH", "")]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path))}
         if mutant.file.startswith("kernels/"):
             environment["NUMBA_CACHE_DIR"] = folder
         done = subprocess.run(
             [sys.executable, "-m", "verification.mutants", str(ROOT / mutant.file), str(source),
-             case, str(output)], env=environment, capture_output=True, text=True, check=False)
+             case, str(output)], env=environment, cwd=folder, capture_output=True, text=True,
+            check=False)
         if not output.exists():
             raise RuntimeError(f"mutant '{mutant.name}' gave no verdicts: {done.stderr.strip()}")
         rows = json.loads(output.read_text())["cases"][0]["rows"]
@@ -72,16 +75,22 @@ def _run_mutated(file, source, case, output):
     """Run ``corovec verify`` on one case with the text of ``source`` in the place of ``file``."""
     for name in [name for name in sys.modules if name.partition(".")[0] == "solver"]:
         del sys.modules[name]
-    original = SourceFileLoader.get_code
+    original, replaced = SourceFileLoader.get_code, []
 
     def get_code(loader, name):
         if loader.path == file:
+            replaced.append(name)
             return compile(Path(source).read_text(encoding="utf-8"), file, "exec")
         return original(loader, name)
 
     SourceFileLoader.get_code = get_code
     from solver.cli import cli
-    cli(["verify", case, "--output", output])
+    try:
+        cli(["verify", case, "--output", output])
+    finally:
+        if not replaced:
+            Path(output).unlink(missing_ok=True)
+            print(f"{file} was not imported", file=sys.stderr)
 
 
 if __name__ == "__main__":
