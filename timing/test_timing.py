@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from solver import InputError, ResultFileError, make_scheme
 from solver.cases import load_case
 from solver.linear import SingularMatrix
-from timing import iterations, measure, targets
+from timing import iterations, measure, peers, targets
 from timing.cli import time
 from timing.growth import exponents, fit_exponent
 from timing.measure import Effort, Sample, Stepper, extrapolated_step, sample
@@ -262,3 +262,61 @@ def test_command(tmp_path, no_cases):
     shown = CliRunner().invoke(time, ["table-6"]).stdout
     assert "5.145 s" in shown and "one thread" in shown
     assert "table-6" in corovec("time", "--help").stdout
+
+
+def test_peers_that_are_missing_are_reported_as_missing(monkeypatch, tmp_path):
+    monkeypatch.setattr(peers, "_isolated", lambda run, *arguments: {
+        "survived": True, "reached": 2.0, "cpu_ms_per_step": 0.5})
+    monkeypatch.setattr(peers, "_kratos_version", lambda: None)
+    monkeypatch.setattr(peers, "_calculix_version", lambda: None)
+    peers.main(["--size", "quick", "--dt", "0.02", "--output", str(tmp_path / "peers.json")])
+    report = json.loads((tmp_path / "peers.json").read_text(encoding="utf-8"))
+    assert {row["program"] for row in report["rows"] if row.get("missing")} == {
+        "Kratos Bossak", "Kratos Newmark", "CalculiX HHT", "CalculiX trapezoidal"}
+    assert report["speedups"] == [] and "load_at_end" in report
+
+
+def test_speedups_are_against_the_fastest_other_code():
+    rows = [{"program": name, "elements": 480, "dt": 0.01, "cpu_ms_per_step": ms}
+            for name, ms in (("corovec quasi", 9.0), ("corovec production", 5.0),
+                             ("Kratos Newmark", 500.0), ("CalculiX HHT", 150.0))]
+    (row,) = peers.speedups(rows)
+    assert row["fastest"] == "CalculiX HHT" and row["factor"] == 30.0
+
+
+def test_our_run_as_a_peer_sees_it():
+    """Energy and drifts are those of the run's own result, in the measure of all programs."""
+    row = peers.run_ours(30, 0.02, 1.2, "auto")
+    assert row["survived"] and row["steps"] == 60 and row["cpu_ms_per_step"] > 0.0
+    assert row["energy"] == pytest.approx(70.64, rel=2e-3)
+    assert row["energy_drift"] < 1e-5 and row["linear_momentum_drift"] < 1e-11
+
+
+def test_samples_of_another_code():
+    """A rigid plate that flies and turns slowly, in the format of CalculiX's .dat file."""
+    model = load_case("l-plate").model(30)
+    dt, velocity, omega = 0.01, np.array([1.0, -2.0, 0.5]), np.array([0.0, 0.0, 0.1])
+    lines = []
+    for step in range(1, 301):
+        u = step * dt * (velocity + np.cross(omega, model.nodes))
+        now = f"time  {step * dt:.7E}"
+        lines += ["", f" displacements (vx,vy,vz) for set NALL and {now}", ""]
+        lines += [f"{i} " + " ".join(f"{c:.12E}" for c in x) for i, x in enumerate(u, 1)]
+        for name, value in (("internal energy", 2.0), ("kinetic energy", 5.0 + step)):
+            lines += ["", f" total {name} for set EALL and {now}", "", f"   {value:.6E}"]
+    samples = peers._calculix_samples("\n".join(lines), model, dt)
+    nodal = model.elements.mass.sum(axis=2).ravel()
+    mass, centre = nodal.sum(), nodal @ model.nodes[model.quads].reshape(-1, 3) / nodal.sum()
+    now, kinetic, strain, L, J = samples[0]
+    assert (now, kinetic, strain) == (0.02, 7.0, 2.0)
+    assert L == pytest.approx(mass * (velocity + np.cross(omega, centre)), rel=1e-9)
+    row = peers._summary(3.0, [3] * 300, 0.6, 0.9, samples, model)
+    assert row["cpu_ms_per_step"] == pytest.approx(2.0) and row["iterations_per_step"] == 3.0
+    assert row["linear_momentum_drift"] < 1e-9 and row["energy_drift"] > 0.5
+
+
+def test_calculix_deck():
+    deck = peers.calculix_input(30, 0.01, 2.0, -0.05)
+    assert "*DYNAMIC, DIRECT, ALPHA=-0.05\n0.01, 2\n" in deck
+    assert "\n48, 10, 7, 0\n" in deck and "\n30, " in deck and "TYPE=S4" in deck
+    assert "*AMPLITUDE, NAME=PULSE\n0, 0\n0.5, 5\n1, 0\n" in deck
