@@ -316,11 +316,13 @@ def compare(meshes, dts, end_time, write=lambda rows: None):
 
 
 def speedups(rows):
-    """How many times faster our production step is than the fastest other code's, by mesh, dt."""
+    """How many times faster our production step is than that of the fastest other code that
+    survived, by mesh and dt."""
     result = []
     for elements, dt in dict.fromkeys((row["elements"], row["dt"]) for row in rows):
         timed = {row["program"]: row["cpu_ms_per_step"] for row in rows
-                 if (row["elements"], row["dt"]) == (elements, dt) and row.get("cpu_ms_per_step")}
+                 if (row["elements"], row["dt"]) == (elements, dt)
+                 and row.get("survived") and row["cpu_ms_per_step"] > 0.0}
         ours = timed.get("corovec production")
         peers = {name: ms for name, ms in timed.items() if not name.startswith("corovec")}
         if ours and peers:
