@@ -93,7 +93,7 @@ def test_wrong_usage_is_status_2_and_says_why(arguments, message):
     assert message in done.stderr and done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["", "run", "info", "list", "converge", "verify"])
+@pytest.mark.parametrize("command", ["", "run", "info", "list", "converge", "verify", "time"])
 def test_help_has_examples(command):
     done = corovec(*command.split(), "--help")
     assert done.returncode == 0 and "Example" in done.stdout and "corovec" in done.stdout

@@ -163,20 +163,31 @@ def step_jacobian(system, state, step, delta):
     return -central_differences(residual, delta, 1e-6)
 
 
+def newton(system, state, dt, rule, matrix):
+    """Newton's iteration of a time step without loads, whatever its matrix.
+
+    ``matrix(system, state, step, delta)`` gives it as a full array; see :func:`step_jacobian`.
+
+    Returns:
+        (increment (n_dof,), works |residual . correction| of the iterations).
+    """
+    step = make_scheme().midpoint(dt)
+    delta, works = dt * state.velocity, []
+    while len(works) < rule.max_iterations:
+        K = matrix(system, state, step, delta)
+        system.assemble(state, step, False, delta, no_loads(system), False)
+        correction = np.linalg.solve(K, system.residual[0])
+        works.append(abs(system.residual[0] @ correction))
+        delta = delta + correction
+        if len(works) >= rule.min_iterations and works[-1] <= rule.tolerance * works[0]:
+            break
+    return delta, works
+
+
 def exact_newton(model, dt, rule):
     """Iterations of the first time step with the Jacobian in place of the symmetric matrix."""
     system = make_system(model)
-    state, step = system.initial_state(), make_scheme().midpoint(dt)
-    delta, works = dt * state.velocity, []
-    while len(works) < rule.max_iterations:
-        J = step_jacobian(system, state, step, delta)
-        system.assemble(state, step, False, delta, no_loads(system), False)
-        correction = np.linalg.solve(J, system.residual[0])
-        works.append(abs(system.residual[0] @ correction))
-        delta = delta + correction
-        if works[-1] <= rule.tolerance * works[0]:
-            break
-    return len(works)
+    return len(newton(system, system.initial_state(), dt, rule, step_jacobian)[1])
 
 
 def run_step_tangent():

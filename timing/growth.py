@@ -1,0 +1,99 @@
+"""Growth of time and memory with the number of unknowns, by phase."""
+
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from solver.cases import load_case
+
+from .measure import Stepper, sample, single_thread
+from .tables import available
+
+SERIES = (("l-plate", (30, 120, 480, 1920, 7680)), ("hemisphere", (1024, 4096, 16384)))
+METHODS = ("auto", "skyline")
+PHASES = ("assembly", "factorization", "solve", "rest", "step")
+
+UNKNOWNS = {"l-plate": 5.6, "hemisphere": 5.2}
+"""Unknowns an element, about, to tell beforehand which models are too large."""
+
+SKYLINE_UNKNOWNS = 25_000
+"""Largest model of the skyline: beyond, its storage takes gigabytes."""
+
+
+def growth(effort, progress=lambda text: None):
+    """Rows of the growth study: seconds a step by phase, bytes, for each mesh and method.
+
+    Every model has a process of its own, so that its memory is told apart; ``matrix_bytes`` is the
+    storage that is assembled into, ``memory_bytes`` what the process grew by.
+    """
+    rows = []
+    for case, sizes in SERIES:
+        for method in METHODS:
+            for elements in sizes:
+                limit = effort.growth_unknowns if method == "auto" else min(
+                    effort.growth_unknowns, SKYLINE_UNKNOWNS)
+                row = {"case": case, "elements": elements, "method": method}
+                if not available(case, elements):
+                    rows.append({**row, "basis": "not available"})
+                elif elements * UNKNOWNS[case] <= limit:
+                    progress(f"growth: {case}, {elements} elements, {method}")
+                    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+                        rows.append({**row, "basis": "steps", **pool.submit(
+                            _measure, case, elements, method, effort).result()})
+    return rows
+
+
+def exponents(rows, smallest=500):
+    """Exponents b of seconds ~ unknowns^b by least squares, for models above ``smallest``."""
+    result = []
+    for case, method in dict.fromkeys((row["case"], row["method"]) for row in rows):
+        series = [row for row in rows if (row["case"], row["method"]) == (case, method)
+                  and row["basis"] == "steps" and row["unknowns"] >= smallest]
+        if len(series) > 1:
+            n = [row["unknowns"] for row in series]
+            fits = {name: fit_exponent(n, [row[name] for row in series])
+                    for name in (*PHASES, "matrix_bytes", "memory_bytes")}
+            result.append({"case": case, "method": method, "points": len(series), **fits})
+    return result
+
+
+def fit_exponent(n, values):
+    """Slope of log(values) over log(n); None where a value is not positive."""
+    if any(value is None or value <= 0.0 for value in values):
+        return None
+    return float(np.polyfit(np.log(n), np.log(values), 1)[0])
+
+
+def _measure(case, elements, method, effort):
+    """One model in this process.  Phases are wall-clock seconds, the step is CPU time, too."""
+    definition = load_case(case)
+    with single_thread():
+        before = _resident_bytes()
+        stepper = Stepper(definition.model(elements), definition.paper.dt.value, method)
+        once = sample(stepper.steps, 1).median
+        count = int(np.clip(effort.round_seconds / once, 1, 100))
+        rounds = []
+        for _ in range(effort.rounds):
+            seconds = stepper.system.seconds
+            seconds.assembly = seconds.factorization = seconds.solve = 0.0
+            step = sample(lambda: stepper.steps(count), 1)
+            phases = [seconds.assembly, seconds.factorization, seconds.solve]
+            rounds.append([*phases, step.wall[0] - sum(phases), step.wall[0], step.cpu[0]])
+    medians = np.median(rounds, axis=0) / count
+    return {"unknowns": stepper.system.numbering.n_dof, "solver": stepper.system.solver.name,
+            "rounds": effort.rounds, "steps_per_round": count,
+            "iterations_per_step": stepper.iterations, **dict(zip(PHASES, medians.tolist())),
+            "step_cpu": float(medians[-1]),
+            "matrix_bytes": stepper.system.solver.values.nbytes,
+            "memory_bytes": None if before is None else _resident_bytes() - before}
+
+
+def _resident_bytes():
+    """Resident memory of this process; None where the system does not tell."""
+    try:
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return None

@@ -1,0 +1,189 @@
+"""What all timings share: the clock, rounds, a model advanced step by step, single solver calls.
+
+CPU seconds decide (``time.process_time``), since other programs may share the machine; wall-clock
+seconds are kept beside them.  Compilation comes first and is left out; LAPACK has one thread.
+"""
+
+import os
+import shutil
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from solver import Settings, StepError, make_scheme, warm_up
+from solver.provenance import machine, versions
+from solver.system import StepRecord
+
+from .solvers import make_system
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is measured.
+
+    Attributes:
+        rounds: repetitions of every measurement.
+        round_seconds: CPU seconds that a round may take; it does as many steps as fit, at least
+            one, at most the table's 100 or 10.
+        step_seconds: longest whole step of a dense solver; beyond, single calls are timed.
+        call_seconds: longest single factorization; beyond, a smaller one is scaled by n^3.
+        run_seconds: longest whole run; beyond, it is extrapolated from its steps.
+        growth_unknowns: largest model of the growth study.
+        reference: whether the L-plate's whole run is timed, which needs a long reference run.
+    """
+
+    rounds: int
+    round_seconds: float
+    step_seconds: float
+    call_seconds: float
+    run_seconds: float
+    growth_unknowns: int
+    reference: bool
+
+
+SIZES = {"quick": Effort(3, 0.5, 2.0, 2.0, 0.0, 12_000, False),
+         "full": Effort(5, 60.0, 200.0, 900.0, 600.0, 90_000, True)}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Rounds of one measurement: CPU and wall-clock seconds of each."""
+
+    cpu: tuple
+    wall: tuple
+
+    @property
+    def median(self):
+        """Median CPU seconds."""
+        return float(np.median(self.cpu))
+
+    @property
+    def spread(self):
+        """(slowest - fastest round) / median."""
+        return float((max(self.cpu) - min(self.cpu)) / self.median) if self.median else 0.0
+
+    def __add__(self, other):
+        return Sample(self.cpu + other.cpu, self.wall + other.wall)
+
+    def scaled(self, factor):
+        return Sample(tuple(factor * t for t in self.cpu), tuple(factor * t for t in self.wall))
+
+    def row(self, prefix):
+        """Entries of a table row."""
+        return {f"{prefix}_cpu": self.median, f"{prefix}_spread": self.spread,
+                f"{prefix}_wall": float(np.median(self.wall))}
+
+
+def sample(work, rounds, prepare=None):
+    """:class:`Sample` of ``work()``; ``prepare()`` runs before each round, unmeasured."""
+    cpu, wall = [], []
+    for _ in range(rounds):
+        if prepare is not None:
+            prepare()
+        start, clock = time.process_time(), time.perf_counter()
+        work()
+        cpu.append(time.process_time() - start)
+        wall.append(time.perf_counter() - clock)
+    return Sample(tuple(cpu), tuple(wall))
+
+
+class Stepper:
+    """A model that advances step by step from rest, as :func:`solver.simulate` does.
+
+    Attributes:
+        system, state: of the model; done: steps so far; record: iterations and so on, in sum.
+    """
+
+    def __init__(self, model, dt, method="auto"):
+        settings = Settings(dt=dt, end_time=dt)
+        self.dt, self._rule = dt, settings.newton
+        self._scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
+        self.system = make_system(model, method)
+        self.state = self.system.initial_state()
+        self.record, self.done = StepRecord(), 0
+
+    def steps(self, count=1):
+        """Advance by ``count`` steps."""
+        for _ in range(count):
+            self.system.advance(self.state, self._scheme, self._rule, self.done * self.dt, self.dt,
+                                self.record)
+            self.done += 1
+
+    @property
+    def iterations(self):
+        """Iterations a step, so far."""
+        return self.record.iterations / self.done
+
+    def assemble(self, tangent=True):
+        """The matrix and residual of the first iterate of the next step."""
+        time_ = (self.done + 1.0 - self._scheme.alpha_f) * self.dt
+        status = self.system.assemble(
+            self.state, self._scheme.midpoint(self.dt), False, self.dt * self.state.velocity,
+            self.system.loads_at(time_), tangent)
+        if status != 0:
+            raise StepError("the state cannot be assembled")
+
+
+@dataclass(frozen=True)
+class Calls:
+    """CPU seconds of single calls: assembly, factorization, solution of one right-hand side."""
+
+    assembly: Sample
+    factor: Sample
+    solve: Sample
+
+    @property
+    def iteration(self):
+        """CPU seconds of one Newton iteration."""
+        return self.assembly.median + self.factor.median + self.solve.median
+
+
+def time_calls(stepper, rounds):
+    """:class:`Calls` at the stepper's state."""
+    system = stepper.system
+    assembly = sample(stepper.assemble, rounds)
+    matrix = system.solver.values.copy()
+
+    def restore():
+        system.solver.values[:] = matrix
+
+    rhs = system.residual[0].copy()
+    factor = sample(system.solver.factor, rounds, restore)
+    return Calls(assembly, factor, sample(lambda: system.solver.solve(rhs), rounds))
+
+
+def extrapolated_step(iterations, assembly, factor, solve, rest):
+    """CPU seconds of a step from single calls: ``iterations (assembly + factor + solve) + rest``,
+    where ``rest`` and ``iterations`` come from the same steps with another linear solver."""
+    return iterations * (assembly + factor + solve) + rest
+
+
+def single_thread():
+    """Context in which LAPACK has one thread, the kernels compiled."""
+    warm_up()
+    return threadpool_limits(1)
+
+
+def surroundings():
+    """Versions, commit, machine, cores and load, to be kept with every result."""
+    return {"versions": versions(), "commit": _commit(), "machine": machine(),
+            "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity")
+            else os.cpu_count(), "load": load()}
+
+
+def load():
+    """Mean number of programs running, over 1, 5 and 15 minutes; None where unknown."""
+    return list(os.getloadavg()) if hasattr(os, "getloadavg") else None
+
+
+def _commit():
+    """Commit of the source tree, marked if it has changes; None where git does not tell."""
+    if shutil.which("git") is None:
+        return None
+    git = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], text=True,
+                         capture_output=True, check=False, cwd=Path(__file__).parent)
+    return git.stdout.strip() or None if git.returncode == 0 else None

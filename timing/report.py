@@ -1,0 +1,88 @@
+"""The studies by name, and their tables as text and files."""
+
+import json
+
+import pandas as pd
+
+from solver.recorder import replacing
+
+from .growth import exponents, growth
+from .iterations import long_run, step_iterations
+from .measure import load
+from .tables import BASES, TABLES, Bench, ratios
+from .targets import targets
+
+NAMES = (*TABLES, "iterations", "growth", "targets")
+
+SHOWN = {
+    "times": {"elements": "", "method": "", "basis": "", "unit_cpu": "s", "step_spread": "",
+              "run_cpu": "s", "run_extrapolated": "", "printed": "", "printed_run": ""},
+    "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "paper": "",
+               "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "sparsity": "",
+               "symmetry_skyline": "", "symmetry_auto": ""},
+    "targets": {"name": "", "value": "", "unit": "", "target": "", "goal": "", "met": "",
+                "detail": ""}}
+"""Columns shown, by the end of a table's name; the files have them all."""
+
+
+def collect(name, effort, bench, folder=None, progress=lambda text: None):
+    """``{table: rows}`` of one of ``NAMES``; see the functions for the rows.
+
+    ``bench``: a :class:`timing.tables.Bench`, shared; ``folder``: see :mod:`timing.targets`.
+    """
+    if name in TABLES:
+        rows = bench.rows(name, progress)
+        return {f"{name}-times": rows, f"{name}-ratios": ratios(rows)}
+    if name == "iterations":
+        progress("iterations")
+        return {"iterations": step_iterations(), "iterations-run": long_run()}
+    if name == "growth":
+        rows = growth(effort, progress)
+        return {"growth": rows, "growth-exponents": exponents(rows)}
+    rows, D = targets(effort, folder, progress)
+    return {"D": [D], "targets": [target.row() for target in rows]}
+
+
+def run(names, report, effort, folder=None, progress=lambda text: None):
+    """Collect the studies into ``report["tables"]``, one after the other; yields their tables.
+
+    With a folder, ``timing.json`` and a CSV a table are written after each.
+    """
+    bench = Bench(effort)
+    report["tables"] = {}
+    for name in names:
+        tables = collect(name, effort, bench, folder, progress)
+        report["tables"].update(tables)
+        report["load_at_end"] = load()
+        if folder is not None:
+            write(folder, report)
+        yield tables
+
+
+def write(folder, report):
+    """``timing.json`` and the CSV files, each replaced as a whole."""
+    with replacing(folder / "timing.json") as partial:
+        partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    for name, rows in report["tables"].items():
+        with replacing(folder / f"{name}.csv") as partial:
+            frame = pd.DataFrame(rows).assign(commit=report["commit"], date=report["date"],
+                                              size=report["size"])
+            frame.to_csv(partial, index=False)
+
+
+def text(name, rows):
+    """A table for reading: chosen columns, missing ones as ``-``, errata and bases below."""
+    columns = SHOWN.get(name.rsplit("-", 1)[-1]) or dict.fromkeys(rows[0], "")
+    frame = pd.DataFrame([{key: row.get(key) for key in columns} for row in rows])
+    shown = frame.map(_text).rename(columns={key: f"{key} [{unit}]" if unit else key
+                                             for key, unit in columns.items()})
+    notes = sorted({row["errata"] for row in rows if row.get("errata")})
+    bases = [basis for basis in BASES if any(row.get("basis") == basis for row in rows)]
+    notes += [f"{basis}: {BASES[basis]}" for basis in bases if basis != "steps"]
+    return "\n".join([name, shown.to_string(index=False), *(f"  {note}" for note in notes), ""])
+
+
+def _text(value):
+    if value is None or value != value:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

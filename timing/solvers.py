@@ -1,0 +1,86 @@
+"""Two more linear solvers, for comparison only: what an unsymmetric matrix would need from LAPACK.
+
+Both have the interface of :mod:`solver.linear`.  The assembly gives them the lower triangle, which
+they mirror: an unsymmetric element would assemble the other one, at about the same cost.
+"""
+
+import numpy as np
+from scipy.linalg import lapack
+
+from solver.linear import SOLVERS, SingularMatrix, half_bandwidth
+from solver.system import System
+
+
+class DenseLU:
+    """LAPACK's LU of the full matrix (getrf): dense elimination as fast as it gets."""
+
+    name = "lapack-lu"
+
+    def __init__(self, numbering):
+        n = numbering.n_dof
+        rows = np.arange(n)
+        self.values = np.zeros(n * n)
+        self.storage = (rows * n, _columns(numbering, 1), rows * (n + 1), 1)
+        self._n = n
+
+    def factor(self):
+        matrix = self.values.reshape(self._n, self._n)
+        matrix += np.tril(matrix, -1).T
+        self._lu, self._exchanges, info = lapack.dgetrf(matrix.T, overwrite_a=1)
+        _check(info)
+
+    def solve(self, rhs):
+        return lapack.dgetrs(self._lu, self._exchanges, rhs)[0]
+
+
+class BandedLU:
+    """LAPACK's LU of the band with partial pivoting (gbtrf): sparsity used, symmetry not."""
+
+    name = "banded-lu"
+
+    def __init__(self, numbering):
+        n, width = numbering.n_dof, half_bandwidth(numbering)
+        rows = np.arange(n)
+        self.values = np.zeros(n * (3 * width + 1))
+        self.storage = (rows + 2 * width, _columns(numbering, 3 * width),
+                        2 * width + rows * (3 * width + 1), 3 * width)
+        self._width = width
+
+    def factor(self):
+        w = self._width
+        band = self.values.reshape(-1, 3 * w + 1)
+        for d in range(1, w + 1):
+            band[d:, 2 * w - d] = band[:-d, 2 * w + d]
+        self._lu, self._exchanges, info = lapack.dgbtrf(band.T, w, w, overwrite_ab=1)
+        _check(info)
+
+    def solve(self, rhs):
+        w = self._width
+        return lapack.dgbtrs(self._lu, w, w, rhs, self._exchanges)[0]
+
+
+COMPARED = {"lapack-lu": DenseLU, "banded-lu": BandedLU}
+
+METHODS = {"skyline": "skyline LDL^T", "dense": "dense Gaussian elimination",
+           "auto": "production default", "lapack-lu": "LAPACK dense LU",
+           "banded-lu": "LAPACK banded LU, unsymmetric"}
+
+
+def make_system(model, method):
+    """:class:`solver.system.System` with one of ``METHODS`` as its linear solver."""
+    if method in SOLVERS:
+        return System(model, method)
+    system = System(model, "skyline")
+    system.solver = COMPARED[method](system.numbering)
+    return system
+
+
+def _columns(numbering, stride):
+    """(n_elem, 4, 4) storage offset of the first dof of the column node."""
+    starts = stride * numbering.start[numbering.quads]
+    return np.ascontiguousarray(np.broadcast_to(starts[:, None, :], (len(starts), 4, 4)))
+
+
+def _check(info):
+    if info > 0:
+        raise SingularMatrix(f"column {info - 1} of the matrix has no pivot")
