@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from solver import InputError
 from solver.checks import integer
+from solver.provenance import usable_cores
 
 CONNECT = 10.0
 """Seconds within which a scheduler must answer, and have a worker."""
@@ -35,13 +36,6 @@ class Workers(NamedTuple):
     start: Callable[[], Executor]
     width: float
     shared_disk: bool = True
-
-
-def usable_cores():
-    """Processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def processes(jobs=None):

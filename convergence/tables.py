@@ -2,17 +2,13 @@
 
 import datetime
 import json
-import subprocess
 from functools import cache
-from importlib import metadata
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-import solver
 from solver import drift, total_energy
-from solver.provenance import machine, versions
+from solver.provenance import commit, machine, versions
 from solver.simulation import unloaded_row
 
 from .rates import crossing, finest_as_reference, log_log_fit, mesh_errors, richardson
@@ -232,18 +228,6 @@ def origin(studies, outcomes):
     return {"date": datetime.datetime.now().isoformat(timespec="seconds"), "commit": commit(),
             "size": studies[0].size_name, "versions": versions(), "machine": machine(),
             "computed_with": [json.loads(text) for text in sorted(makers)]}
-
-
-def commit():
-    """Commit of the sources, marked if they were edited; the package's version outside git."""
-    folder = Path(solver.__file__).parent
-    try:
-        subprocess.run(["git", "ls-files", "--error-unmatch", "__init__.py"], cwd=folder,
-                       check=True, capture_output=True)
-        return subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=40"], cwd=folder,
-                              check=True, capture_output=True, text=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return f"version {metadata.version('corovec')}"
 
 
 def write_tables(folder, tables, origin):

@@ -15,7 +15,7 @@ from convergence.execution import Workers
 from convergence.run import Run
 from convergence.study import SIZES, CaseStudy, Size, run_studies
 from convergence.verdicts import assumptions, last_digit
-from solver import InputError, StepError, simulate
+from solver import InputError, StepError, provenance, simulate
 from solver.cases import case_names, load_case
 from solver.simulation import HISTORY
 from verification.case import OK
@@ -281,7 +281,7 @@ def test_membrane_field_is_another_study(command):
 
 
 def test_commit_outside_git(monkeypatch, tmp_path):
-    monkeypatch.setattr(tables.solver, "__file__", str(tmp_path / "__init__.py"))
+    monkeypatch.setattr(provenance, "__file__", str(tmp_path / "provenance.py"))
     assert tables.commit() == f"version {tables.versions()['corovec']}"
 
 

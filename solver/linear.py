@@ -39,7 +39,7 @@ class Skyline:
         rows = np.arange(numbering.n_dof)
         diagonal = np.cumsum(rows - first + 1) - 1
         self.values = np.zeros(int(diagonal[-1]) + 1)
-        self.storage = (diagonal - rows, _column_offsets(numbering, 1), diagonal, 1)
+        self.storage = (diagonal - rows, column_offsets(numbering, 1), diagonal, 1)
         self._work = skyline.workspace(diagonal)
 
     def factor(self):
@@ -63,7 +63,7 @@ class Dense:
         n = numbering.n_dof
         rows = np.arange(n)
         self.values = np.zeros(n * n)
-        self.storage = (rows * n, _column_offsets(numbering, 1), rows * (n + 1), 1)
+        self.storage = (rows * n, column_offsets(numbering, 1), rows * (n + 1), 1)
         self._exchanges = np.zeros(n, dtype=np.int64)
 
     def factor(self):
@@ -95,7 +95,7 @@ class Banded:
         rows = np.arange(n)
         self._width = half_bandwidth(numbering)
         self.values = np.zeros(n * (self._width + 1))
-        self.storage = (rows, _column_offsets(numbering, self._width), rows * (self._width + 1),
+        self.storage = (rows, column_offsets(numbering, self._width), rows * (self._width + 1),
                         self._width)
         self._factor = None
         self._fallback = None
@@ -158,7 +158,7 @@ def half_bandwidth(numbering):
     return int(np.max(last - numbering.first_neighbour))
 
 
-def _column_offsets(numbering, stride):
+def column_offsets(numbering, stride):
     """(n_elem, 4, 4) ``stride`` times the first dof of the column node: storages affine in j."""
     starts = stride * numbering.start[numbering.quads]
     return np.ascontiguousarray(np.broadcast_to(starts[:, None, :], (len(starts), 4, 4)))

@@ -112,7 +112,7 @@ def line_nodes(nodes, quads, start, end):
     near = MERGE * np.ptp(nodes, axis=0).max()
     on = np.flatnonzero((off <= near) & (along >= -near) & (along <= length + near))
     line = on[np.argsort(along[on])]
-    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges = np.sort(_edges(quads), axis=1)
     joined = set(map(tuple, edges.tolist()))
     for i, j in zip(line[:-1].tolist(), line[1:].tolist()):
         if (min(i, j), max(i, j)) not in joined:
@@ -202,7 +202,7 @@ def _smooth_links(quads, normals, fold_angle, patches):
 
     At a junction, plates on either side that go on smoothly but have opposite normals count as two.
     """
-    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges = _edges(quads)
     ordered = np.sort(edges, axis=1)
     order = np.lexsort((ordered[:, 1], ordered[:, 0]))
     new = np.any(np.diff(ordered[order], axis=0) != 0, axis=1)
@@ -249,6 +249,11 @@ def _spread(directors):
         swapped[members] = [*pairs[best], *(m for m in members if m not in pairs[best])]
     back = np.argsort(swapped)
     return Directors(normals[swapped], first, back[vertices])
+
+
+def _edges(quads):
+    """(4 n_elem, 2) edges of all elements, from each node to the next."""
+    return np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
 def _vertex_normals(corners, corner):

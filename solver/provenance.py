@@ -1,9 +1,12 @@
 """What a result depends on: model, settings, versions of libraries, machine."""
 
 import hashlib
+import os
 import platform
+import subprocess
 from dataclasses import asdict
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 
@@ -46,3 +49,22 @@ def machine():
     except (OSError, StopIteration):
         pass
     return {"processor": model, "system": f"{platform.system()} {platform.machine()}"}
+
+
+def usable_cores():
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def commit():
+    """Commit of the sources, marked if they were edited; the package's version outside git."""
+    folder = Path(__file__).parent
+    try:
+        subprocess.run(["git", "ls-files", "--error-unmatch", "__init__.py"], cwd=folder,
+                       check=True, capture_output=True)
+        return subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=40"], cwd=folder,
+                              check=True, capture_output=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return f"version {metadata.version('corovec')}"

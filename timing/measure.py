@@ -5,17 +5,14 @@ seconds are kept beside them.  Compilation comes first and is left out; LAPACK h
 """
 
 import os
-import shutil
-import subprocess
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from solver import Settings, StepError, make_scheme, warm_up
-from solver.provenance import machine, versions
+from solver.provenance import commit, machine, usable_cores, versions
 from solver.system import StepRecord
 
 from .solvers import make_system
@@ -170,20 +167,10 @@ def single_thread():
 
 def surroundings():
     """Versions, commit, machine, cores and load, to be kept with every result."""
-    return {"versions": versions(), "commit": _commit(), "machine": machine(),
-            "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity")
-            else os.cpu_count(), "load": load()}
+    return {"versions": versions(), "commit": commit(), "machine": machine(),
+            "cores": usable_cores(), "load": load()}
 
 
 def load():
     """Mean number of programs running, over 1, 5 and 15 minutes; None where unknown."""
     return list(os.getloadavg()) if hasattr(os, "getloadavg") else None
-
-
-def _commit():
-    """Commit of the source tree, marked if it has changes; None where git does not tell."""
-    if shutil.which("git") is None:
-        return None
-    git = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], text=True,
-                         capture_output=True, check=False, cwd=Path(__file__).parent)
-    return git.stdout.strip() or None if git.returncode == 0 else None

@@ -7,7 +7,7 @@ they mirror: an unsymmetric element would assemble the other one, at about the s
 import numpy as np
 from scipy.linalg import lapack
 
-from solver.linear import SOLVERS, SingularMatrix, half_bandwidth
+from solver.linear import SOLVERS, SingularMatrix, column_offsets, half_bandwidth
 from solver.system import System
 
 
@@ -20,7 +20,7 @@ class DenseLU:
         n = numbering.n_dof
         rows = np.arange(n)
         self.values = np.zeros(n * n)
-        self.storage = (rows * n, _columns(numbering, 1), rows * (n + 1), 1)
+        self.storage = (rows * n, column_offsets(numbering, 1), rows * (n + 1), 1)
         self._n = n
 
     def factor(self):
@@ -42,7 +42,7 @@ class BandedLU:
         n, width = numbering.n_dof, half_bandwidth(numbering)
         rows = np.arange(n)
         self.values = np.zeros(n * (3 * width + 1))
-        self.storage = (rows + 2 * width, _columns(numbering, 3 * width),
+        self.storage = (rows + 2 * width, column_offsets(numbering, 3 * width),
                         2 * width + rows * (3 * width + 1), 3 * width)
         self._width = width
 
@@ -73,12 +73,6 @@ def make_system(model, method):
     system = System(model, "skyline")
     system.solver = COMPARED[method](system.numbering)
     return system
-
-
-def _columns(numbering, stride):
-    """(n_elem, 4, 4) storage offset of the first dof of the column node."""
-    starts = stride * numbering.start[numbering.quads]
-    return np.ascontiguousarray(np.broadcast_to(starts[:, None, :], (len(starts), 4, 4)))
 
 
 def _check(info):

@@ -88,6 +88,14 @@ def second_derivatives(p, triad):
 
 
 @njit(cache=True)
+def convective(p, triad, rates):
+    """The single component (along t_3) of A2, Eq. (28)."""
+    nn, nm, mm = second_derivatives(p, triad)
+    return (nn * rates[0] * rates[0] + 2.0 * nm * rates[0] * rates[1]
+            + mm * rates[1] * rates[1])
+
+
+@njit(cache=True)
 def nodal_frame(n, m, k, triad, e):
     """Nodal frame of a junction, rows e_x, e_y, e_z of ``e``; False where it leaves the chart.
 
@@ -401,9 +409,7 @@ def advance_nodes(nodes, motion, step, delta, scratch):
                           variables[i, 1] + weight * delta[k + 1], chart[i], p_mid[d]):
                 return CHART_LEFT
             first_derivatives(p_mid[d], chart[i], A1[d])
-            nn, nm, mm = second_derivatives(p_mid[d], chart[i])
-            bent = (nn * x_dot[0] * x_dot[0] + 2.0 * nm * x_dot[0] * x_dot[1]
-                    + mm * x_dot[1] * x_dot[1])
+            bent = convective(p_mid[d], chart[i], x_dot)
             for c in range(3):
                 inertial_p[d, c] = (A1[d, c, 0] * x_ddot[0] + A1[d, c, 1] * x_ddot[1]
                                     + bent * chart[i, 2, c])
@@ -522,9 +528,7 @@ def switch_charts(nodes, fixed_component, follow, dt, variables, chart, velocity
                 ahead[c] /= size
             if not choose_triad(p, ahead, chart[i], fixed_component[i], follow, new):
                 continue
-            nn, nm, mm = second_derivatives(p, chart[i])
-            bent = (nn * x_dot[0] * x_dot[0] + 2.0 * nm * x_dot[0] * x_dot[1]
-                    + mm * x_dot[1] * x_dot[1])
+            bent = convective(p, chart[i], x_dot)
             for c in range(3):
                 second[c] = A1[c, 0] * x_ddot[0] + A1[c, 1] * x_ddot[1] + bent * chart[i, 2, c]
             for c in range(2):
