@@ -14,8 +14,8 @@ from functools import cache
 from pathlib import Path
 
 from solver import InputError, ResultFileError, read, simulate, warm_up
+from solver.execution import complete, failure, processes
 
-from .execution import complete, failure, processes
 from .run import Run, as_run, code_version
 from .store import inspect, record, set_aside, writable_folder
 
@@ -54,7 +54,7 @@ class Campaign:
     progress bar on standard error where that is a terminal.
 
     Args:
-        folder: where the result files are; workers: :class:`~convergence.execution.Workers`.
+        folder: where the result files are; workers: :class:`~solver.execution.Workers`.
         notify: called with a line of text when a run fails or a file is found damaged.
 
     Raises:

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from convergence import Campaign, Run, processes, run_many, store
-from convergence.execution import Workers, complete
 from solver import InputError, ResultFileError, Settings, read, simulate
 from solver.cases import load_case
+from solver.execution import Workers, complete
 
 HERE = Workers(lambda: ThreadPoolExecutor(1), 2)
 

@@ -9,14 +9,14 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from convergence import execution, store, study, tables
+from convergence import store, study, tables
 from convergence.cli import converge
-from convergence.execution import Workers
 from convergence.run import Run
 from convergence.study import SIZES, CaseStudy, Size, run_studies
 from convergence.verdicts import assumptions, last_digit
-from solver import InputError, StepError, provenance, simulate
+from solver import InputError, StepError, execution, provenance, simulate
 from solver.cases import case_names, load_case
+from solver.execution import Workers
 from solver.simulation import HISTORY
 from verification.case import OK
 

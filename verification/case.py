@@ -82,7 +82,7 @@ class Case:
         claim: what it shows.
         source: author, year, table or figure of the references.
         definition: geometry, material, loads and supports in words.
-        run: makes the rows.
+        run: makes the rows; a function that can be pickled, for worker processes.
         slow: takes more than some seconds; run by ``corovec verify``, not by the tests.
     """
 
