@@ -45,6 +45,14 @@ class Outcome:
         """Histories of the run, read from its file; None if it failed."""
         return None if self.status == "failed" else read(self.path)["history"]
 
+    @property
+    def frames(self):
+        """Times of the frames (m,) and displacements (m, n_nodes, 3); None if the run failed."""
+        if self.status == "failed":
+            return None
+        contents = read(self.path)
+        return contents["history"]["time"][contents["frame_steps"]], contents["displacement"]
+
 
 class Campaign:
     """Runs with one result file each in ``folder``, executed by ``workers``.

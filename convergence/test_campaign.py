@@ -140,6 +140,14 @@ def test_unwritable_folder(tmp_path):
         Campaign(tmp_path / "file" / "runs", HERE)
 
 
+def test_frames_are_read_from_the_file(tmp_path):
+    run = Run(PLATE, Settings(dt=0.02, end_time=0.2, frame_every=4), "l-plate")
+    (outcome,), _ = execute(tmp_path, [run])
+    time, moved = outcome.frames
+    assert time == pytest.approx([0.0, 0.08, 0.16, 0.2]) and moved.shape == (4, 48, 3)
+    assert np.abs(moved[-1]).max() > 0.0 == np.abs(moved[0]).max()
+
+
 @pytest.mark.parametrize("jobs, message", [(0, "at least 1, is 0"), (-2, "at least 1, is -2"),
                                            (1.5, "must be an integer")])
 def test_wrong_number_of_jobs(jobs, message):

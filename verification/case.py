@@ -57,12 +57,12 @@ class Row:
         """match, better, within tolerance, deviates (explained) or deviates (open)."""
         if not np.isfinite(self.value):
             return "deviates (open)"
-        if self.above:
-            return "match" if self.value >= self.reference else "deviates (open)"
+        if self.above and self.value >= self.reference:
+            return "match"
         if self.target is not None and abs(self.value - self.target) < abs(
                 self.reference - self.target):
             return "better"
-        if abs(self.difference) <= self.tolerance:
+        if not self.above and abs(self.difference) <= self.tolerance:
             exact = self.kind == "analytic" and self.tolerance <= 1e-6
             return "match" if exact else "within tolerance"
         explained = self.explanation and abs(self.difference) <= self.covers
