@@ -38,6 +38,8 @@ class TimeFunction:
             raise InputError(f"time function: times {self.times} must increase")
 
     def __call__(self, time):
+        if time >= self.times[-1]:
+            return self.values[-1]
         return float(np.interp(time, self.times, self.values))
 
     @property

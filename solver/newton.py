@@ -4,6 +4,7 @@ paper, or with one factorization for many of them."""
 import math
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class NewtonRule:
             raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
                              f"{self.min_iterations}")
 
-    @property
+    @cached_property
     def least(self):
         """Fewest iterations of a step; two tell how fast a kept matrix converges."""
         return 2 if self.keep else self.min_iterations
@@ -80,7 +81,7 @@ class NewtonRule:
         missing = math.log(work * left / (self._enough * first))
         return k + missing / -math.log(left) > LONGEST
 
-    @property
+    @cached_property
     def _enough(self):
         return max(BEYOND * self.tolerance, EXACT)
 
@@ -136,9 +137,8 @@ class KeptMatrix:
         if not self._carried:
             return solver.solve(residual)
         corotation.turn_back(*self._numbers, self._Q, self._J, residual, self._turned)
-        old = solver.solve(self._turned)
-        correction = np.empty_like(old)
-        corotation.turn_on(*self._numbers, self._Q, self._J, old, correction)
+        correction = solver.solve(self._turned)
+        corotation.turn_on(*self._numbers, self._Q, self._J, correction)
         if self._free:
             corotation.balance(self._numbers[0], self._system.nodal_mass, self._step[2], residual,
                                correction)
@@ -167,8 +167,7 @@ def iterate(system, state, scheme, rule, dt, loads, record):
         kept.carry(state)
     delta = dt * state.velocity
     correction = delta
-    speed = state.velocity[system.translations]
-    floor = system.roundoff_work(float(system.nodal_mass.sum() * np.max(speed**2)))
+    floor = system.roundoff_work
     first = last = 0.0
     made = 0
     for k in range(1, rule.max_iterations + 1):

@@ -272,7 +272,7 @@ class _Path:
                 return self._give_up(backup, k, "the iteration diverges")
             self._move(correction)
             if work <= max(self.settings.tolerance * max(self.works),
-                           self.system.roundoff_work(0.0)) and k > 1:
+                           self.system.roundoff_work) and k > 1:
                 return k, None
         return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
                                         f"{work / max(self.works):.2g}")
@@ -307,7 +307,7 @@ class _Path:
                 moved += correction[displacements]
             factor += change
             self._move(correction)
-            if k > 1 and work <= max(self.settings.tolerance * first, system.roundoff_work(0.0)):
+            if k > 1 and work <= max(self.settings.tolerance * first, system.roundoff_work):
                 return k, factor
         return self._give_up(backup, k, f"{k} iterations reached a work ratio of "
                                         f"{work / first:.2g}")

@@ -173,7 +173,9 @@ class System:
         totals = (np.zeros(self.numbering.n_dof), np.zeros((len(self.model.nodes), 3)),
                   np.zeros(len(self.model.quads)))
         for (history, kind), pattern in self._loads.items():
-            totals[kind][...] += value(history) * pattern
+            factor = value(history)
+            if factor != 0.0:
+                totals[kind][...] += factor * pattern
         return *totals, self._any_pressure
 
     def observe(self, state):
@@ -183,6 +185,7 @@ class System:
         velocity = state.velocity[self.translations]
         values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
                                   velocity, self.p_dot, self._start, self.element_energy)
+        self._kinetic = values[0]
         return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
                        values[12])
 
@@ -233,13 +236,15 @@ class System:
         self.advance(state, scheme, rule, start, half, record, depth + 1)
         return self.advance(state, scheme, rule, start + half, half, record, depth + 1)
 
-    def roundoff_work(self, instant_energy):
-        """Work of a residual that is rounding error alone: (4 eps)^2 (sum E h A + energy).
+    @property
+    def roundoff_work(self):
+        """Work of a residual that is rounding error alone: (4 eps)^2 (sum E h A + 2 T), T the
+        kinetic energy at the start of the step.
 
         Strains are differences of numbers of order one, so their rounding error is a few eps and
         its energy eps^2 E V; smaller works cannot be told from zero and end the iteration.
         """
-        return ROUNDOFF**2 * (self._stretch_energy + instant_energy)
+        return ROUNDOFF**2 * (self._stretch_energy + 2.0 * self._kinetic)
 
     def inside(self, state, step, delta):
         """Whether every normal is still in its chart after the last correction."""

@@ -86,19 +86,22 @@ def turn_back(start, n_rot, Q, J, forces, turned):
 
 
 @njit(cache=True)
-def turn_on(start, n_rot, Q, J, old, correction):
-    """``correction = T old``: a solution in the present axes."""
+def turn_on(start, n_rot, Q, J, correction):
+    """``correction <- T correction``: a solution in the present axes."""
     for i in range(start.shape[0]):
         k = start[i]
+        a, b, c = correction[k], correction[k + 1], correction[k + 2]
         for r in range(3):
-            correction[k + r] = (Q[i, r, 0] * old[k] + Q[i, r, 1] * old[k + 1]
-                                 + Q[i, r, 2] * old[k + 2])
+            correction[k + r] = Q[i, r, 0] * a + Q[i, r, 1] * b + Q[i, r, 2] * c
         k += 3
-        for r in range(n_rot[i]):
-            value = 0.0
-            for c in range(n_rot[i]):
-                value += J[i, r, c] * old[k + c]
-            correction[k + r] = value
+        a, b = correction[k], correction[k + 1]
+        if n_rot[i] == 2:
+            for r in range(2):
+                correction[k + r] = J[i, r, 0] * a + J[i, r, 1] * b
+        else:
+            c = correction[k + 2]
+            for r in range(3):
+                correction[k + r] = J[i, r, 0] * a + J[i, r, 1] * b + J[i, r, 2] * c
 
 
 @njit(cache=True)
