@@ -10,9 +10,10 @@ from scipy.signal import periodogram
 from solver.mesh import node_at
 from verification.suites.benchmarks import asymmetry
 
-BAND = (1e-13, 1e-3)
-"""Asymmetry over the size of the shell between which its growth is fitted: above rounding, below
-saturation."""
+from .rates import log_log_fit, semi_log_fit
+
+SATURATED = 1e-3
+"""Asymmetry over the size of the shell up to which its growth is fitted."""
 
 FINER = 8
 """Points between two frames at which displacements are interpolated, and between two frequencies
@@ -23,11 +24,13 @@ MAIN_LOBE = 2 * FINER
 
 
 class Growth(NamedTuple):
-    """Exponential growth fitted from ``begin`` to ``end`` [s]: rate [1/s], R² of the straight line
-    through the logarithms; NaN where too little lies in the band."""
+    """How values grow from ``begin`` to ``end`` [s]: the ``rate`` [1/s] of an exponential and the
+    ``power`` of a power of time, with R² of both straight lines; NaN where there is too little."""
 
     rate: float
-    r_squared: float
+    rate_r_squared: float
+    power: float
+    power_r_squared: float
     begin: float
     end: float
 
@@ -69,18 +72,17 @@ def displacement(outcome, point, component):
     return dense, CubicSpline(time, frames[:, node, "xyz".index(component)])(dense)
 
 
-def growth(time, values, band=BAND):
-    """:class:`Growth` of ``values`` between the last time below ``band`` and the first above."""
-    above = np.flatnonzero(values > band[1])
-    end = above[0] if len(above) else len(values)
-    below = np.flatnonzero(values[:end] < band[0])
-    part = slice(below[-1] + 1 if len(below) else 0, end)
-    t, logarithm = time[part], np.log(values[part])
-    if len(t) < 3:
-        return Growth(np.nan, np.nan, np.nan, np.nan)
-    rate = np.polyfit(t, logarithm, 1)[0]
-    return Growth(float(rate), float(np.corrcoef(t, logarithm)[0, 1] ** 2), float(t[0]),
-                  float(t[-1]))
+def growth(time, values, begin):
+    """:class:`Growth` of ``values`` from ``begin`` [s] until they first exceed ``SATURATED``.
+
+    Rounding errors that accumulate grow with a power of time, those that an unstable motion
+    multiplies exponentially: the better straight line tells.
+    """
+    above = np.flatnonzero(values > SATURATED)
+    part = slice(np.searchsorted(time, begin), above[0] if len(above) else len(values))
+    time, values = time[part], values[part]
+    ends = map(float, time[[0, -1]]) if len(time) else (np.nan, np.nan)
+    return Growth(*semi_log_fit(time, values), *log_log_fit(time, values), *ends)
 
 
 def recurrence(time, values):

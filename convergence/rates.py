@@ -13,7 +13,7 @@ EQUAL_RATIOS = 1e-2
 
 
 class Fit(NamedTuple):
-    """Straight line through (log x, log y); NaN where the points do not define it."""
+    """Straight line through logarithms; NaN where the points do not define it."""
 
     slope: float
     r_squared: float
@@ -30,10 +30,16 @@ def log_log_fit(x, y):
     """:class:`Fit` by least squares; points that are not positive are left out, and R² needs more
     than two."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    good = (x > 0.0) & (y > 0.0)
-    if good.sum() < 2:
+    good = x > 0.0
+    return semi_log_fit(np.log(x[good]), y[good])
+
+
+def semi_log_fit(x, y):
+    """:class:`Fit` of log y against x; otherwise as :func:`log_log_fit`."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    x, y = x[y > 0.0], np.log(y[y > 0.0])
+    if len(x) < 2:
         return Fit(np.nan, np.nan)
-    x, y = np.log(x[good]), np.log(y[good])
     slope = np.polyfit(x, y, 1)[0]
     return Fit(float(slope), float(np.corrcoef(x, y)[0, 1] ** 2) if len(x) > 2 else np.nan)
 

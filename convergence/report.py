@@ -66,10 +66,10 @@ def _show_motion(figure, motion, symmetry, growth):
     for row in growth.itertuples():
         own = symmetry[(symmetry["dt"] == row.dt) & (symmetry["plane"] == row.plane)]
         values = own.set_index("until")["asymmetry"]
-        rate = (f"; growth {row.rate:.3g} 1/s from {row.begin:.3g} to {row.end:.3g} s, R squared "
-                f"{row.r_squared:.3f}" if np.isfinite(row.rate) else "")
         click.echo(f"asymmetry about {row.plane} over the radius, dt = {row.dt:g} s: "
-                   + ", ".join(f"{values[end]:.1e} ({end:g} s)" for end in ends) + rate)
+                   + ", ".join(f"{values[end]:.1e} ({end:g} s)" for end in ends)
+                   + f"; between them like exp({row.rate:.3g} t/s), R squared "
+                   f"{row.rate_r_squared:.3f}, or t^{row.power:.3g}, {row.power_r_squared:.3f}")
 
 
 def _show_verdicts(verdicts, runs):

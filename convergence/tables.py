@@ -156,9 +156,9 @@ def symmetry_table(study, outcomes):
 
 
 def growth_table(study, outcomes):
-    """Exponential growth of the asymmetry about each plane, and the time until it is 10^-3."""
+    """How the asymmetry about each plane grows: exponentially, or with a power of time."""
     rows = [{"case": study.case, "elements": study.elements[0], "dt": dt, "plane": f"{axis} = 0",
-             **growth(time, values)._asdict()}
+             **growth(time, values, SYMMETRIC)._asdict()}
             for dt, axis, time, values in _asymmetries(study, outcomes)]
     return pd.DataFrame(rows, columns=["case", "elements", "dt", "plane", *Growth._fields])
 

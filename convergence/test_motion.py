@@ -43,9 +43,13 @@ def test_what_does_not_repeat():
 
 
 def test_growth_is_that_of_the_formula():
-    time, values = deviations.__wrapped__(moving(), 0)
-    rate, r_squared, begin, end = growth(time, values)
-    assert rate == pytest.approx(80.0, rel=1e-3) and r_squared > 0.999
-    assert np.all((values[1:] >= 1e-13) & (values[1:] <= 1e-2))
-    assert 0.0 <= begin < end <= 0.3
-    assert np.isnan(growth(time, np.full(len(time), 1e-15)).rate)
+    """Exponential until saturation, then a power of time: the better straight line tells."""
+    found = growth(*deviations.__wrapped__(moving(), 0), 0.1)
+    assert found.rate == pytest.approx(80.0, rel=1e-3) and found.rate_r_squared > 0.999
+    assert found.power_r_squared < 0.99
+    assert found.begin == pytest.approx(0.102) and 0.2 < found.end < 0.3
+    time = np.linspace(0.0, 2.0, 201)
+    found = growth(time, 1e-14 * time**1.5, 0.1)
+    assert found.power == pytest.approx(1.5) and found.rate_r_squared < 0.95 < found.power_r_squared
+    assert found.end == 2.0
+    assert np.isnan(growth(time, np.ones(201), 0.1).rate)

@@ -22,7 +22,8 @@ ROUNDING = 1e-11
 
 
 ANGULAR = 1e-8
-"""Angular momentum of the consistent mass, relative to the sum of m |x - x_c| |v|."""
+"""Angular momentum of the consistent mass, relative to the sum of m |x - x_c| |v| (seen: 1e-9 at
+the time steps of the quick studies, 3e-6 with the trapezoidal rule)."""
 
 SYMMETRY = 1e-8
 """Asymmetry of a symmetric motion over the size of the shell up to ``SYMMETRIC``."""
@@ -113,9 +114,8 @@ def _conservation(study, tables):
     if np.isfinite(last["linear_momentum_drift"]):
         yield small(f"linear momentum drift, {when}", last["linear_momentum_drift"], ROUNDING,
                     "rounding")
-        yield Row(f"angular momentum drift, {when}", last["angular_momentum_drift"], 0.0,
-                  "analytic", ANGULAR, reason, scale=1.0, explanation=larger,
-                  covers=ANGULAR * (last["dt"] / study.paper_dt) ** 2)
+        yield small(f"angular momentum drift, {when}", last["angular_momentum_drift"], ANGULAR,
+                    reason)
     if len(drift) > 1:
         yield _at_least("energy drift against dt: order",
                         log_log_fit(drift["dt"], drift["energy_drift"]).slope, SECOND_ORDER,
