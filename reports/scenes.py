@@ -1,0 +1,207 @@
+"""Figures in space: the mesh with its loads, and the deformed shell at several instants."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from solver.loads import NodalLoad, TimeFunction
+
+from .space import Arrow, best_view, bounds, density_bar, density_scale, elements, space
+from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
+
+ARROW = 0.22
+"""Longest arrow relative to the size of the mesh."""
+
+MOVED = 0.5
+"""A shell that travels this multiple of its size is drawn along its way, else frame by frame."""
+
+
+class Drawn(NamedTuple):
+    """A load: forces (n, 3) at their largest [N], per length for a line load of a case [N/m]."""
+
+    name: str
+    nodes: list
+    forces: np.ndarray
+    function: str
+    history: TimeFunction
+
+
+@styled
+def mesh_and_loads(model, case=None, view=None):
+    """The undeformed mesh with its loads at their largest, and their functions of time.
+
+    Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; the longest one is
+    that of the largest force.
+
+    Args:
+        model: :class:`solver.Model`; its moments and pressures are not drawn.
+        case: :class:`solver.cases.Case` of the model, for the names of its loads and points; line
+            loads are then forces per length [N/m], the same at all nodes of the line.
+        view: (elevation, azimuth) [degrees]; default: where most is seen.
+
+    Returns:
+        (Figure, DataFrame): rows ``item`` = element (its corners x, y, z), load (x, y, z of its
+        node and the drawn force fx, fy, fz), point, or function (``time``, ``value``).
+    """
+    corners = model.nodes[model.quads]
+    loads = _nodal_loads(model) if case is None else _case_loads(model, case)
+    points = {name: point.value for name, point in case.points.items()} if case else {}
+    ends = [_arrows(model, load, loads) for load in loads]
+    figure = Figure(figsize=(WIDTH, 0.6 * WIDTH), layout="constrained")
+    grid = figure.add_gridspec(3, 2, width_ratios=(3.6, 1), height_ratios=(1, 1.6, 1))
+    axes = space(figure, grid[:, 0], bounds(model.nodes, *ends),
+                 best_view(corners) if view is None else view)
+    elements(axes, corners, facecolor="0.92", edge="0.4", line=0.4)
+    for load, arrows in zip(loads, ends):
+        for tail, tip in arrows:
+            axes.add_artist(Arrow(tail, tip, VERMILLION))
+        middle = len(load.nodes) // 2
+        free = arrows[middle][np.argmax(np.linalg.norm(
+            arrows[middle] - model.nodes[load.nodes[middle]], axis=1))]
+        axes.text(*free, f" {load.name} ", color=VERMILLION, va="bottom", zorder=6)
+    for name, point in points.items():
+        axes.plot(*np.transpose([point]), "o", color=BLUE, markersize=4.0, zorder=6)
+        axes.text(*point, f"  {name}", color=BLUE, weight="bold", va="top", zorder=6)
+    functions = {load.function: load.history for load in loads if len(load.history.times) > 1}
+    if functions:
+        _draw_functions(figure.add_subplot(grid[1, 1]), functions)
+    return figure, _mesh_table(model, loads, points, functions)
+
+
+@styled
+def sequence(recording, times=None, scale=1.0, view=None):
+    """Deformed shells at several instants, coloured by strain energy density.
+
+    Figs. 6, 9, 13, 17.  A shell that travels is drawn along its way, in one space; one that stays
+    where it is, frame beside frame, all with the same axes.
+
+    Args:
+        recording: :class:`Recording`.
+        times: [s], in statics load factors; the nearest frames are taken.  Default: 11 evenly.
+        scale: factor of the displacements.
+        view: as of :func:`mesh_and_loads`.
+
+    Returns:
+        (Figure, DataFrame): columns time, element, corner, x, y, z, strain_energy_density [J/m^2].
+
+    Raises:
+        InputError: a time outside the recorded ones.
+    """
+    if times is None:
+        frames = np.unique(np.linspace(0, len(recording.times) - 1, 11).round().astype(int))
+    else:
+        frames = recording.frames_at(times)
+    corners = recording.positions(scale)[frames][:, recording.quads]
+    density, times = recording.energy_density[frames], recording.times[frames]
+    view = best_view(corners.reshape(-1, 4, 3)) if view is None else view
+    centres = corners.mean(axis=(1, 2))
+    travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
+    draw = _way if travels and len(frames) > 1 else _frames
+    captions = [f"λ = {t:.4g}" if recording.static else f"{t:.4g} s" for t in times]
+    figure = draw(corners, density, density_scale(density), captions, view)
+    n, n_elem = corners.shape[:2]
+    x, y, z = corners.reshape(-1, 3).T
+    return figure, pd.DataFrame({
+        "factor" if recording.static else "time": np.repeat(times, 4 * n_elem),
+        "element": np.tile(np.repeat(np.arange(n_elem), 4), n),
+        "corner": np.tile(np.arange(4), n * n_elem), "x": x, "y": y, "z": z,
+        "strain_energy_density": np.repeat(density.ravel(), 4)})
+
+
+def _way(corners, density, scale, captions, view):
+    """All frames in one space."""
+    figure = Figure(figsize=(WIDTH, 0.75 * WIDTH), layout="constrained")
+    axes = space(figure, figure.add_gridspec(1, 1)[0], bounds(corners), view)
+    elements(axes, corners.reshape(-1, 4, 3), array=density.ravel(), norm=scale.norm,
+             cmap=scale.cmap, line=0.15)
+    for frame, caption in zip(corners, captions):
+        top = frame.reshape(-1, 3)[np.argmax(frame.reshape(-1, 3)[:, 2])]
+        axes.text(*top, caption, ha="center", va="bottom", size=6.5, zorder=6)
+    density_bar(figure, scale, density, axes, shrink=0.6, pad=0.02)
+    return figure
+
+
+def _frames(corners, density, scale, captions, view):
+    """A panel for each frame."""
+    columns = min(4, len(corners))
+    rows = -(-len(corners) // columns)
+    figure = Figure(figsize=(WIDTH, 0.3 + rows * WIDTH / columns), layout="constrained")
+    grid, box, panels = figure.add_gridspec(rows, columns), bounds(corners), []
+    for k, caption in enumerate(captions):
+        axes = space(figure, grid[k], box, view)
+        elements(axes, corners[k], array=density[k], norm=scale.norm, cmap=scale.cmap, line=0.1)
+        axes.set_title(caption, y=0.95)
+        panels.append(axes)
+    density_bar(figure, scale, density, panels, location="bottom", shrink=0.5, aspect=35)
+    return figure
+
+
+def _nodal_loads(model):
+    """The forces of a model, those with one function of time together."""
+    found = {}
+    for load in model.loads:
+        if isinstance(load, NodalLoad):
+            found.setdefault(load.history, []).append(load)
+    return [Drawn("", [load.node for load in loads],
+                  np.array([load.force for load in loads]) * _peak(history),
+                  f"f{k}" if len(found) > 1 else "f", history)
+            for k, (history, loads) in enumerate(found.items(), 1)]
+
+
+def _case_loads(model, case):
+    """The loads of a case by their names."""
+    drawn = []
+    for load in case.loads:
+        history = case.histories[load.history].function()
+        nodes = [one.node for one in load.nodal(model.nodes, model.quads, history)]
+        force = np.array(load.force.value) * _peak(history)
+        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.history,
+                           history))
+    return drawn
+
+
+def _peak(history):
+    """The value of largest size of a time function."""
+    return max(history.values, key=abs)
+
+
+def _arrows(model, load, loads):
+    """(n, 2, 3) tails and tips of the arrows of a load.
+
+    They touch their nodes from outside: with the tip where the force points to the middle of the
+    mesh, else with the tail.
+    """
+    largest = max(np.linalg.norm(one.forces, axis=1).max() for one in loads)
+    arrows = ARROW * model.size / (largest or 1.0) * load.forces
+    at = model.nodes[load.nodes]
+    inwards = np.einsum("ij,ij->i", arrows, at - model.nodes.mean(axis=0)) < -1e-9 * model.size**2
+    tails = at - inwards[:, None] * arrows
+    return np.stack([tails, tails + arrows], axis=1)
+
+
+def _draw_functions(axes, functions):
+    for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
+        axes.plot(history.times, history.values, color=colour, linestyle=dashes, label=f"{name}(t)")
+    axes.set(xlabel="time [s]", ylabel=", ".join(f"{name}(t)" for name in functions))
+    if len(functions) > 1:
+        axes.legend()
+
+
+def _mesh_table(model, loads, points, functions):
+    """The table of :func:`mesh_and_loads`."""
+    x, y, z = model.nodes[model.quads.ravel()].T
+    parts = [pd.DataFrame({"item": "element", "name": np.repeat(np.arange(len(model.quads)), 4),
+                           "x": x, "y": y, "z": z})]
+    for load in loads:
+        at, forces = model.nodes[load.nodes].T, load.forces.T
+        parts.append(pd.DataFrame({"item": "load", "name": load.name,
+                                   **dict(zip(("x", "y", "z", "fx", "fy", "fz"), (*at, *forces))),
+                                   "function": load.function}))
+    for name, (x, y, z) in points.items():
+        parts.append(pd.DataFrame({"item": "point", "name": [name], "x": x, "y": y, "z": z}))
+    for name, history in functions.items():
+        parts.append(pd.DataFrame({"item": "function", "name": name, "time": history.times,
+                                   "value": history.values}))
+    return pd.concat(parts, ignore_index=True)
