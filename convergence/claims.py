@@ -14,7 +14,7 @@ from .study import printed_results
 from .verdicts import ROUNDING, assumptions
 
 LINE = 1e-3
-"""Change that a curve of a figure does not show: a line's width is about this part of its height."""
+"""Change that a curve of a figure does not show: about a line's width over the figure's height."""
 
 ANGULAR = 1e-6
 """Angular momentum, relative: second order in dt, far below what a figure shows."""
@@ -94,8 +94,9 @@ def _extrema(case, contents):
     """Row of the largest displacements of A in X and of B in Y, claimed equal."""
     a, b = (np.abs(_path(case, contents, point)[:, axis]).max()
             for point, axis in (("A", 0), ("B", 1)))
-    yield Row(f"largest |u| of A in X beside B in Y until {contents['history']['time'][-1]:g} s [m]",
-              float(a), float(b), "published", 0.01, "read off a figure",
+    end = contents["history"]["time"][-1]
+    yield Row(f"largest |u| of A in X beside B in Y until {end:g} s [m]", float(a), float(b),
+              "published", 0.01, "read off a figure",
               explanation=assumptions(load_case(case)))
 
 

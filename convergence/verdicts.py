@@ -19,8 +19,8 @@ PRINTED_RATE = 0.005 / 1.27
 """Half of the last digit of the slope that the paper prints, relative to it."""
 
 ASSUMED = 0.05
-"""Largest difference from a printed energy, relative, that assumed parameters explain; more says that
-they are not the paper's."""
+"""Largest difference from a printed energy, relative, that assumed parameters explain; more says
+that they are not the paper's."""
 
 ROUNDING = 1e-11
 """Linear momentum after up to a million steps, relative to the sum of m |v| (seen: 1e-14)."""

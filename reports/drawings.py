@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from convergence.study import printed_results
-from solver.cases import load_case
 
 from . import figures
 
@@ -17,13 +16,13 @@ class Drawing:
     """One picture of the page.
 
     Attributes:
-        name: of its files; figure: of the paper, as ``Figure 3``, or several; title: caption.
+        name: of its files; figure: of the paper, as ``Figure 3``; title: caption.
         draw: makes (Figure, DataFrame) from :class:`Sources`; dense: a picture of many polygons,
             shown as PNG.
     """
 
     name: str
-    figure: tuple
+    figure: str
     title: str
     draw: Callable
     dense: bool = False
@@ -45,11 +44,6 @@ class Sources:
     @property
     def finest(self):
         return self.recordings[-1]
-
-
-def drawings(case):
-    """All :class:`Drawing` s of a case."""
-    return DRAWINGS[case]
 
 
 def available(drawing, sources):
@@ -105,37 +99,48 @@ def _motion(end, count):
     return draw
 
 
+MESH = "Mesh, loads and their functions of time"
+
 DRAWINGS = {
     "l-plate": (
-        Drawing("figure-02", ("Figure 2",), "Mesh, loads and their function of time", _mesh),
-        Drawing("figure-03a", ("Figure 3",), "Energies", _energies()),
-        Drawing("figure-03bc", ("Figure 3",), "Linear and angular momentum", _momenta),
-        Drawing("figure-03d", ("Figure 3",), "Total energy, mesh by mesh", _total),
-        Drawing("figure-04", ("Figure 4",), "Displacements of S, mesh by mesh", _points()),
-        Drawing("figure-05", ("Figure 5",), "Error of the energy after unloading against elements "
+        Drawing("figure-02", "Figure 2", MESH, _mesh),
+        Drawing("figure-03a", "Figure 3", "Energies", _energies()),
+        Drawing("figure-03bc", "Figure 3", "Linear and angular momentum", _momenta),
+        Drawing("figure-03d", "Figure 3", "Total energy, mesh by mesh", _total),
+        Drawing("figure-04", "Figure 4", "Displacements of S, mesh by mesh", _points()),
+        Drawing("figure-05", "Figure 5", "Error of the energy after unloading against elements "
                 "along the short edge", _rates),
-        Drawing("figure-06", ("Figure 6",), "Motion over 20 s, 1 s apart", _motion(20.0, 20), True)),
+        Drawing("figure-06", "Figure 6", "Motion over 20 s, 1 s apart", _motion(20.0, 20), True)),
     "ruler": (
-        Drawing("figure-07", ("Figure 7",), "Mesh, loads and their function of time", _mesh),
-        Drawing("figure-08a", ("Figure 8",), "Energies", _energies()),
-        Drawing("figure-08bc", ("Figure 8",), "Linear and angular momentum", _momenta),
-        Drawing("figure-09", ("Figure 9",), "Motion over 0.4 s, 0.01 s apart", _motion(0.4, 40),
+        Drawing("figure-07", "Figure 7", MESH, _mesh),
+        Drawing("figure-08a", "Figure 8", "Energies", _energies()),
+        Drawing("figure-08bc", "Figure 8", "Linear and angular momentum", _momenta),
+        Drawing("figure-09", "Figure 9", "Motion over 0.4 s, 0.01 s apart", _motion(0.4, 40),
                 True)),
     "hemisphere": (
-        Drawing("figure-10", ("Figure 10",), "Mesh, loads and their function of time", _mesh),
-        Drawing("figure-11a", ("Figure 11",), "Energies", _energies()),
-        Drawing("figure-11b", ("Figure 11",), "Energies until 0.1 s", _energies(0.1)),
-        Drawing("figure-12", ("Figure 12",), "Displacements of A in X and of B in Y",
+        Drawing("figure-10", "Figure 10", MESH, _mesh),
+        Drawing("figure-11a", "Figure 11", "Energies", _energies()),
+        Drawing("figure-11b", "Figure 11", "Energies until 0.1 s", _energies(0.1)),
+        Drawing("figure-12", "Figure 12", "Displacements of A in X and of B in Y",
                 _points({"A": "x", "B": "y"})),
-        Drawing("figure-13", ("Figure 13",), "Motion over 0.11 s, 0.01 s apart", _motion(0.11, 11),
+        Drawing("figure-13", "Figure 13", "Motion over 0.11 s, 0.01 s apart", _motion(0.11, 11),
                 True)),
     "plates": (
-        Drawing("figure-14", ("Figure 14",), "Mesh, loads and their function of time", _mesh),
-        Drawing("figure-15", ("Figure 15",), "Energies", _energies()),
-        Drawing("figure-16", ("Figure 16a", "Figure 16b"), "Linear momentum; angular momentum by "
-                "both definitions", _momenta),
-        Drawing("figure-17", ("Figure 17",), "Motion over 14 s, 1 s apart", _motion(14.0, 14),
+        Drawing("figure-14", "Figure 14", MESH, _mesh),
+        Drawing("figure-15", "Figure 15", "Energies", _energies()),
+        Drawing("figure-16", "Figure 16", "Linear momentum (a); angular momentum by both "
+                "definitions (b)", _momenta),
+        Drawing("figure-17", "Figure 17", "Motion over 14 s, 1 s apart", _motion(14.0, 14),
                 True))}
+
+TOPICS = {
+    "Figure 2": "mesh, loads", "Figure 3": "energies, momenta", "Figure 4": "displacements",
+    "Figure 5": "convergence", "Figure 6": "motion", "Figure 7": "mesh, loads",
+    "Figure 8": "energies, momenta", "Figure 9": "motion", "Figure 10": "mesh, loads",
+    "Figure 11": "energies", "Figure 12": "displacements", "Figure 13": "motion",
+    "Figure 14": "mesh, loads", "Figure 15": "energies", "Figure 16a": "linear momentum",
+    "Figure 16b": "angular momentum", "Figure 17": "motion"}
+"""What each figure is about, in few words; Figure 16 has a verdict for each of its halves."""
 
 LOST = {
     "Figure 3": "curve of Lavrenčič and Brank, [73] of the paper",
@@ -145,11 +150,12 @@ LOST = {
 """Curves of other authors in the paper's figures: their data is lost, they are not redrawn."""
 
 
+def figures_of(case):
+    """The figures of a case that have a verdict."""
+    drawn = dict.fromkeys(drawing.figure for drawing in DRAWINGS[case])
+    return [name for name in TOPICS if name in drawn or name.rstrip("ab") in drawn]
+
+
 def read_json(path):
     """Contents of a JSON file, None if it is not there."""
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
-
-
-def case_of(name):
-    """The definition of a case."""
-    return load_case(name)

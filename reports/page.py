@@ -20,11 +20,10 @@ from solver.provenance import commit, machine, usable_cores, versions
 from timing.tables import TABLES
 from timing.verdicts import verdicts as timing_verdicts
 from verification.registry import CASES as VERIFICATION
-from verification.registry import SUITES
 
 from . import figures, tables
-from .drawings import DRAWINGS, LOST, Sources, available, read_json
-from .parts import Stamps, parts, plan, run_file, study_file, suite_file, timing_file
+from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of, read_json
+from .parts import Stamps, parts, plan, run_file, study_file, suite_file, suite_names, timing_file
 from .player import packed_text, player
 from .recording import Recording
 from .tables import Cell, worst
@@ -36,6 +35,15 @@ CASES = ("l-plate", "ruler", "hemisphere", "plates")
 
 TIMES = dict(zip(CASES, TABLES))
 """The table of CPU times of each case."""
+
+SHORT = {"l-plate": "L-plate", "ruler": "ruler", "hemisphere": "hemisphere",
+         "plates": "three plates"}
+
+SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacNeal-Harder",
+          "nonlinear": "Sze, Liu and Lo", "rotations": "1000 turns",
+          "dynamics": "order, frequencies", "junctions": "folds", "benchmarks": "symmetry",
+          "mutants": "wrong variants"}
+"""What the verification suites are about, in a few words."""
 
 LARGEST_SVG = 400_000
 """Bytes beyond which a picture is embedded as PNG; its SVG lies beside the page all the same."""
@@ -52,14 +60,16 @@ def build(size, folder):
     everything = parts(size, folder)
     stamps = Stamps(folder / "parts")
     cases = [_case(name, size, folder, page / "figures") for name in CASES]
-    suites = [_suite(suite, folder) for suite in SUITES]
+    suites = [_suite(suite, folder) for suite in suite_names()]
     timing = {name: read_json(timing_file(folder, name))
               for name in ("targets", "iterations", "growth")}
     environment = Environment(loader=PackageLoader("reports"), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(
-        about=_about(size, everything, stamps), cases=cases, suites=suites,
+        about=_about(size, everything, stamps),
+        counts=tables.counts([row for part in (*cases, *suites) for row in part.rows]),
+        cases=cases, suites=suites,
         grid=_grid(cases, suites), findings=_findings(folder), verdicts=tables.VERDICTS,
         speed=_speed(timing), parts=_parts_table(everything, stamps),
         style=_text("page.css"), script=_text("player.js"),
@@ -85,40 +95,46 @@ def _case(name, size, folder, pictures):
             picture = _picture(drawing, sources, pictures)
         shown.append(SimpleNamespace(
             picture=picture, title=drawing.title, name=drawing.name,
-            figures=[SimpleNamespace(label=figure, id=_anchor(figure), cell=claimed[figure].cell)
-                     for figure in drawing.figure]))
+            cells=[claim.cell for label, claim in claimed.items()
+                   if label.rstrip("ab") == drawing.figure]))
     printed = printed_results(name)
     time_rows = [row.as_dict() for row in timing_verdicts(
         timing["tables"][f"{TIMES[name]}-ratios"])] if timing else []
     energy_rows = [row for row in study["verdicts"] if row["kind"] == "published"] if study else []
     promise_rows = [row for row in study["verdicts"] if row["kind"] != "published"] if study else []
     return SimpleNamespace(
-        name=name, title=tables.case_titles()[name], section=definition.title.partition("(")[2][:11],
+        name=name, title=tables.case_titles()[name], rows=[
+            *energy_rows, *promise_rows, *time_rows,
+            *(row for claim in claimed.values() for row in claim.rows)],
+        section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),
         provenance=tables.provenance(name), drawings=shown, claims=claimed, problems=problems,
         lost=[SimpleNamespace(figure=figure, text=text) for figure, text in LOST.items()
               if figure in claimed],
         energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
-        energy_cell=_cell(printed["table"], energy_rows), promise_cell=_cell(
-            "time step and conservation", promise_rows, href=f"#{name}-study"),
+        energy_cell=_cell(printed["table"], energy_rows, f"energy, {SHORT[name]}"),
+        promise_cell=_cell(SHORT[name], promise_rows, "of the convergence study",
+                           href=f"#{name}-study"),
         study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"])
         if study else None,
         times=tables.times(TIMES[name], timing),
         ratios=tables.ratios(TIMES[name], timing) if timing else None,
-        time_cell=_cell(TABLES[TIMES[name]], time_rows),
+        time_cell=_cell(TABLES[TIMES[name]], time_rows, f"CPU time, {SHORT[name]}"),
         commands=[f"corovec converge {name} --size {size}", f"corovec time {TIMES[name]}"],
         run=recordings[-1].contents["description"] if recordings else None,
         player=player(recordings[-1]) if recordings else None)
 
 
 def _recordings(case, size, folder):
-    """(recordings of the runs of a case that are there, the coarsest first; what is wrong)."""
+    """(recordings of the runs of a case that are finished, the coarsest first; what is wrong)."""
     found, problems = [], []
     for run in sorted(plan(size)[case], key=lambda run: run["elements"]):
         path = run_file(folder, case, run["elements"])
         if path.exists():
             try:
-                found.append(Recording.open(path))
+                recording = Recording.open(path)
+                if recording.contents["step"] == recording.contents["n_steps"]:
+                    found.append(recording)
             except ResultFileError as error:
                 problems.append(str(error))
     return found, problems
@@ -126,7 +142,7 @@ def _recordings(case, size, folder):
 
 def _claims(case, recordings, study):
     """``{figure: rows and cell}`` of all figures of a case."""
-    found = {figure: [] for drawing in DRAWINGS[case] for figure in drawing.figure}
+    found = {figure: [] for figure in figures_of(case)}
     found[next(iter(found))] = [row.as_dict() for row in mesh_claims(case)]
     if recordings:
         runs = {recording.elements: recording.contents for recording in recordings}
@@ -136,7 +152,8 @@ def _claims(case, recordings, study):
         found["Figure 5"] = [row for row in study["verdicts"]
                              if "slope" in row["name"] or "R squared" in row["name"]]
     return {figure: SimpleNamespace(
-        cell=_cell(figure, rows), rows=tables.verdict_rows(f"What {figure} claims", rows))
+        cell=_cell(figure, rows, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows,
+        table=tables.verdict_rows("", rows))
         for figure, rows in found.items()}
 
 
@@ -151,10 +168,9 @@ def _picture(drawing, sources, folder):
                            files=[f"figures/{path.name}" for path in (svg, png, csv)])
 
 
-def _suite(suite, folder):
+def _suite(name, folder):
     """A verification suite: its cases with their rows, and its cell."""
-    cases = [case for case in VERIFICATION if case in suite.CASES]
-    name = cases[0].suite
+    cases = [case for case in VERIFICATION if case.suite == name]
     report = read_json(suite_file(folder, name))
     results = {case["name"]: case for case in report["cases"]} if report else {}
     shown = []
@@ -165,30 +181,30 @@ def _suite(suite, folder):
         shown.append(SimpleNamespace(
             name=case.name, claim=case.claim, source=case.source, definition=case.definition,
             seconds=tables.duration(result["seconds"]) if result else "", error=error,
-            cell=_cell(case.name, rows, error), table=tables.verdict_rows("", rows)))
+            cell=_cell(case.name, rows, error=error), table=tables.verdict_rows("", rows)))
     rows = [row for result in results.values() for row in result["rows"]]
     failed = next((case.error for case in shown if case.error), None)
-    cell = _cell(name, rows, failed, href=f"#verify-{name}")
-    return SimpleNamespace(name=name, cases=shown, cell=cell, command=f"corovec verify {name}")
+    cell = _cell(name, rows, SUITES[name], failed, f"#verify-{name}")
+    return SimpleNamespace(name=name, cases=shown, cell=cell, rows=rows,
+                           command=f"corovec verify {name}")
 
 
-def _cell(label, rows, error=None, href=None):
+def _cell(label, rows, topic="", error=None, href=None):
     """The grid's cell of some rows: their worst verdict, and how many there are of each."""
     verdicts = [row["verdict"] for row in rows] + (["failed"] if error else [])
-    return Cell(label, worst(verdicts), error or tables.summary(rows), href or f"#{_anchor(label)}")
+    return Cell(label, worst(verdicts), topic, error or tables.summary(rows),
+                href or f"#{_anchor(label)}")
 
 
 def _grid(cases, suites):
     """Groups of cells of the first screen."""
     figure_cells = {label: claim.cell for case in cases for label, claim in case.claims.items()}
-    lost = [Cell(f"{figure}, others' curves", "not reproducible", text, f"#{_anchor(figure)}-lost")
-            for figure, text in LOST.items()]
+    lost = [Cell(figure, "not reproducible", "curves of other authors", text,
+                 f"#{_anchor(figure)}-lost") for figure, text in LOST.items()]
     by_table = sorted([case.energy_cell for case in cases] + [case.time_cell for case in cases],
                       key=lambda cell: cell.label)
     return [("Tables", by_table), ("Figures", [*figure_cells.values(), *lost]),
-            ("Conservation and order in time", [
-                Cell(case.title, case.promise_cell.verdict, case.promise_cell.detail,
-                     case.promise_cell.href) for case in cases]),
+            ("Time step, conservation, dissipation", [case.promise_cell for case in cases]),
             ("Verification suites", [suite.cell for suite in suites])]
 
 
@@ -197,8 +213,8 @@ def _findings(folder):
     with open(FINDINGS, "rb") as file:
         groups = tomllib.load(file)
     reports = {}
-    for suite in SUITES:
-        report = read_json(suite_file(folder, suite.CASES[0].suite))
+    for suite in suite_names():
+        report = read_json(suite_file(folder, suite))
         reports |= {case["name"]: case["rows"] for case in report["cases"]} if report else {}
     return [SimpleNamespace(title=group["title"], items=[
         SimpleNamespace(**{"where": "", **finding}, evidence=_evidence(finding, reports))

@@ -161,11 +161,16 @@ def _studies(size, folder):
 
 
 def _suites(size, folder):
-    for suite in dict.fromkeys(case.suite for case in CASES):
+    for suite in suite_names():
         path = suite_file(folder, suite)
         yield Part(f"verify-{suite}", "verify",
                    ("verify", suite, "--output", str(path), "--overwrite"), path, (verification,),
                    f"verify-{suite}" in LEFT_OUT.get(size, ()))
+
+
+def suite_names():
+    """Names of the verification suites."""
+    return tuple(dict.fromkeys(case.suite for case in CASES))
 
 
 def run_file(folder, case, elements):

@@ -29,12 +29,13 @@ class Cell:
     """A verdict of the page: a row of a table, or a cell of the first screen's grid.
 
     Attributes:
-        label: what it is about; verdict: one of ``VERDICTS``; detail: a few words beside it.
-        href: the section that shows it.
+        label: what is judged; verdict: one of ``VERDICTS``; topic: what it is about, in few words.
+        detail: how many rows have which verdict; href: the section that shows it.
     """
 
     label: str
     verdict: str
+    topic: str = ""
     detail: str = ""
     href: str = ""
 
@@ -66,10 +67,15 @@ def worst(verdicts):
     return min(verdicts, key=known.index, default="not run")
 
 
-def summary(rows):
-    """Counts of the verdicts of rows (dictionaries), in words, the worst first."""
+def counts(rows):
+    """``{verdict: how many}`` of rows (dictionaries), the worst first."""
     verdicts = [row["verdict"] for row in rows]
-    return ", ".join(f"{verdicts.count(name)} {name}" for name in VERDICTS if name in verdicts)
+    return {name: verdicts.count(name) for name in VERDICTS if name in verdicts}
+
+
+def summary(rows):
+    """Counts of the verdicts of rows in words."""
+    return ", ".join(f"{count} {name}" for name, count in counts(rows).items())
 
 
 def energies(study, printed):

@@ -1,4 +1,4 @@
-"""Verdicts of the timings: ratios beside the paper's.  Seconds of unknown machines do not compare."""
+"""Verdicts of the timings: ratios beside the paper's.  Seconds of unknown machines compare not."""
 
 from verification.case import Row
 

@@ -71,7 +71,8 @@ class Row:
         if self.fitted and abs(self.difference) <= FITTED:
             return "calibrated"
         if abs(self.difference) <= self.tolerance:
-            exact = self.kind == "analytic" and self.tolerance <= 1e-6
+            exact = (self.kind == "analytic" and self.tolerance <= 1e-6
+                     or self.value == self.reference)
             return "match" if exact else "within tolerance"
         explained = self.explanation and abs(self.difference) <= self.covers
         return "deviates (explained)" if explained else "deviates (open)"

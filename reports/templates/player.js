@@ -106,7 +106,7 @@
         colorbar: {title: {text: "strain energy<br>density [J/m²]", font: {size: 11}},
           thickness: 10, len: 0.7, tickfont: {size: 10}, x: 1, xpad: 2}},
       {type: "scatter3d", mode: "lines", x: lines[0], y: lines[1], z: lines[2],
-        line: {color: "#222", width: 1.2}, hoverinfo: "skip", showlegend: false}];
+        line: {color: "#b9c1cc", width: 1.5}, hoverinfo: "skip", showlegend: false}];
   }
 
   async function start(root) {
@@ -114,11 +114,11 @@
     const stage = part("stage"), button = part("play"), slider = part("time");
     const [Plotly, d] = await Promise.all([plotly(), load(root.dataset.case)]);
     const layout = {scene: scene(d, true), margin: {l: 0, r: 0, t: 0, b: 0}, autosize: true,
-      paper_bgcolor: "rgba(0,0,0,0)", font: {family: "inherit", color: "#222"}};
+      paper_bgcolor: "rgba(0,0,0,0)", font: {family: "DejaVu Sans, Verdana, sans-serif", color: "#222"}};
     await Plotly.newPlot(stage, traces(d), layout,
       {responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false});
     const most = Math.max(...d.kinetic.map((value, k) => value + d.strain[k]));
-    let frame = 0, playing = false, held = false, drawing = false, follow = true, clock, place = 0;
+    let frame = 0, playing = false, held = false, drawing = false, follow = true, clock, place = 0, ready = 0;
 
     async function show(k) {
       frame = k;
@@ -132,10 +132,11 @@
         (d.kinetic[k] + d.strain[k]).toPrecision(5);
       const nodes = nodesAt(d, k, follow), lines = linesAt(d, nodes);
       drawing = true;
+      const began = performance.now();
       await Plotly.restyle(stage, {x: [nodes[0], lines[0]], y: [nodes[1], lines[1]],
-        z: [nodes[2], lines[2]]}, [0, 1]);
-      await Plotly.restyle(stage, {intensity: [densityAt(d, k)]}, [0]);
+        z: [nodes[2], lines[2]], intensity: [densityAt(d, k), null]}, [0, 1]);
       drawing = false;
+      ready = 2 * performance.now() - began;  // as long again for everything else
       stage.dataset.frame = k;
     }
 
@@ -144,7 +145,7 @@
       if (!held && !drawing) {
         place += (now - clock) / 1000 / SECONDS * d.frames * Number(part("speed").value);
         place %= d.frames;
-        if (Math.floor(place) !== frame) show(Math.floor(place));
+        if (Math.floor(place) !== frame && now > ready) show(Math.floor(place));
       }
       clock = now;
       requestAnimationFrame(tick);
