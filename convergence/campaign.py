@@ -14,8 +14,8 @@ from functools import cache
 from pathlib import Path
 
 from solver import InputError, ResultFileError, read, simulate, warm_up
+from solver.execution import complete, failure, processes
 
-from .execution import complete, failure, processes
 from .run import Run, as_run, code_version
 from .store import inspect, record, set_aside, writable_folder
 
@@ -45,6 +45,14 @@ class Outcome:
         """Histories of the run, read from its file; None if it failed."""
         return None if self.status == "failed" else read(self.path)["history"]
 
+    @property
+    def frames(self):
+        """Times of the frames (m,) and displacements (m, n_nodes, 3); None if the run failed."""
+        if self.status == "failed":
+            return None
+        contents = read(self.path)
+        return contents["history"]["time"][contents["frame_steps"]], contents["displacement"]
+
 
 class Campaign:
     """Runs with one result file each in ``folder``, executed by ``workers``.
@@ -54,7 +62,7 @@ class Campaign:
     progress bar on standard error where that is a terminal.
 
     Args:
-        folder: where the result files are; workers: :class:`~convergence.execution.Workers`.
+        folder: where the result files are; workers: :class:`~solver.execution.Workers`.
         notify: called with a line of text when a run fails or a file is found damaged.
 
     Raises:

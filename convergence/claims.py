@@ -11,7 +11,7 @@ from solver.simulation import drift
 from verification.case import Row, at_least, small
 
 from .study import printed_results
-from .verdicts import ROUNDING, assumptions
+from .verdicts import ROUNDING
 
 LINE = 1e-3
 """Change that a curve of a figure does not show: about a line's width over the figure's height."""
@@ -40,7 +40,7 @@ def claims(case, runs):
     if case == "ruler":
         return {"Figure 8": [energy, linear, angular], "Figure 9": [energy]}
     if case == "hemisphere":
-        return {"Figure 11": [energy], "Figure 12": _extrema(case, finest), "Figure 13": [energy]}
+        return {"Figure 11": [energy], "Figure 13": [energy]}
     return {"Figure 15": [energy], "Figure 16a": [linear], "Figure 16b": [angular, printed],
             "Figure 17": [energy]}
 
@@ -88,16 +88,6 @@ def _paths(case, runs, point):
                   "path", apart, 0.0, "converged", MESHES, "what a figure shows as agreement",
                   scale=1.0, explanation="energies that differ by the mesh make phases that differ "
                   "by ever more")
-
-
-def _extrema(case, contents):
-    """Row of the largest displacements of A in X and of B in Y, claimed equal."""
-    a, b = (np.abs(_path(case, contents, point)[:, axis]).max()
-            for point, axis in (("A", 0), ("B", 1)))
-    end = contents["history"]["time"][-1]
-    yield Row(f"largest |u| of A in X beside B in Y until {end:g} s [m]", float(a), float(b),
-              "published", 0.01, "read off a figure",
-              explanation=assumptions(load_case(case)))
 
 
 def _path(case, contents, point):

@@ -38,10 +38,10 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     """
     from solver import InputError
     from solver.cases import case_names
+    from solver.execution import dask_workers, processes
     from verification.case import OK
 
     from .campaign import Campaign
-    from .execution import dask_workers, processes
     from .report import show
     from .store import writable_folder
     from .study import CaseStudy, run_studies

@@ -17,6 +17,8 @@ def show(study, tables, folder):
     _show_mesh(tables["mesh"])
     _show_summary(tables["summary"])
     _show_dissipation(tables["dissipation"])
+    if study.motion:
+        _show_motion(study.motion["figure"], tables["motion"], tables["symmetry"], tables["growth"])
     _show_verdicts(tables["verdicts"], tables["runs"])
     if why := assumptions(study.definition):
         click.echo(f"Agreement is not proof: {why} (corovec list shows them).")
@@ -52,6 +54,22 @@ def _show_dissipation(dissipation):
         changes = ", ".join(f"{row.energy_change:+.1e} ({rho:g})" for rho, row in last.iterrows())
         click.echo(f"energy change until {last['time'].iloc[0]:g} s, dt = {last['dt'].iloc[0]:g} s "
                    f"(rho_inf): {changes}")
+
+
+def _show_motion(figure, motion, symmetry, growth):
+    for row in motion.itertuples():
+        click.echo(f"{figure}, until {row.until:g} s, dt = {row.dt:g} s: u_{row.component}"
+                   f"({row.point}) {row.min:.4g} to {row.max:.4g} m, period {row.period:.4g} s "
+                   f"({row.share_of_period:.1%} of the variance), correlation with itself "
+                   f"{row.autocorrelation:.4f} after {row.lag:.4g} s")
+    ends = symmetry["until"].iloc[[0, -1]]
+    for row in growth.itertuples():
+        own = symmetry[(symmetry["dt"] == row.dt) & (symmetry["plane"] == row.plane)]
+        values = own.set_index("until")["asymmetry"]
+        rate = (f"; growth {row.rate:.3g} 1/s from {row.begin:.3g} to {row.end:.3g} s, R squared "
+                f"{row.r_squared:.3f}" if np.isfinite(row.rate) else "")
+        click.echo(f"asymmetry about {row.plane} over the radius, dt = {row.dt:g} s: "
+                   + ", ".join(f"{values[end]:.1e} ({end:g} s)" for end in ends) + rate)
 
 
 def _show_verdicts(verdicts, runs):

@@ -39,6 +39,13 @@ RHO_INF = (1.0, 0.9, 0.5)
 CHECKPOINTS = 20
 """Checkpoints (and frames) of a run: an interruption costs at most this part of it."""
 
+FRAMES = 10
+"""Frames until unloading of a run whose motion is looked at."""
+
+FLIGHT_TOLERANCE = 1e-10
+"""Convergence tolerance of the drift study: what the default leaves over in every step adds up in
+long flights."""
+
 
 @dataclass(frozen=True)
 class Size:
@@ -134,13 +141,22 @@ class CaseStudy:
         return sorted({*steps, self.paper_dt}, reverse=True) if self.size.paper_step else steps
 
     def mesh_run(self, elements, dt):
-        return self._run(elements, dt, FREE_FLIGHT * self.unloaded_at, 1.0)
+        return self._run(elements, dt, FREE_FLIGHT * self.unloaded_at)
 
     def temporal_run(self, dt):
         return self.mesh_run(self.elements[0], dt)
 
     def drift_run(self, dt, rho_inf=1.0):
-        return self._run(self.elements[0], dt, self.drift_time, rho_inf)
+        frames = None
+        if self.motion and rho_inf == 1.0:
+            frames = round(FRAMES * self.drift_time / self.unloaded_at)
+        return self._run(self.elements[0], dt, self.drift_time, frames, rho_inf=rho_inf,
+                         tolerance=FLIGHT_TOLERANCE)
+
+    @property
+    def motion(self):
+        """What the paper claims of the displacements (``printed.toml``); None if nothing."""
+        return (printed_results(self.case) or {}).get("motion")
 
     @property
     def paper_run(self):
@@ -189,8 +205,9 @@ class CaseStudy:
         steps = [self.unloaded_at / (COARSEST * 2**k) for k in range(count)]
         return [self.paper_dt if np.isclose(dt, self.paper_dt, rtol=1e-9) else dt for dt in steps]
 
-    def _run(self, elements, dt, end, rho_inf):
-        return case_run(self.case, elements, self.membrane, dt, round(end / dt) * dt, rho_inf)
+    def _run(self, elements, dt, end, frames=None, **settings):
+        return case_run(self.case, elements, self.membrane, dt, round(end / dt) * dt,
+                        frames or CHECKPOINTS, **settings)
 
 
 @cache
@@ -200,10 +217,10 @@ def case_model(case, elements, membrane):
 
 
 @cache
-def case_run(case, elements, membrane, dt, end_time, rho_inf):
-    """:class:`Run` of a mesh of a case, with checkpoints but few frames."""
-    every = max(1, round(end_time / dt) // CHECKPOINTS)
-    settings = Settings(dt=dt, end_time=end_time, rho_inf=rho_inf, frame_every=every)
+def case_run(case, elements, membrane, dt, end_time, frames, **settings):
+    """:class:`Run` of a mesh of a case, with so many frames, which are its checkpoints too."""
+    every = max(1, round(end_time / dt) // frames)
+    settings = Settings(dt=dt, end_time=end_time, frame_every=every, **settings)
     return Run(case_model(case, elements, membrane), settings, case)
 
 

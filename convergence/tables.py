@@ -11,14 +11,28 @@ from solver import drift, total_energy
 from solver.provenance import commit, machine, versions
 from solver.simulation import unloaded_row
 
+from .motion import Growth, deviations, displacement, dominant_line, growth, recurrence
 from .rates import crossing, finest_as_reference, log_log_fit, mesh_errors, richardson
-from .study import DRIFT_TARGET, JUSTIFIED, RHO_INF, printed_results, unloaded_energy
+from .study import (
+    DRIFT_TARGET,
+    FLIGHT_TOLERANCE,
+    JUSTIFIED,
+    RHO_INF,
+    printed_results,
+    unloaded_energy,
+)
 from .verdicts import verdicts
 
 DRIFTS = {f"{name}_drift": name for name in ("energy", "linear_momentum", "angular_momentum")}
 
 WINDOWS = (0.125, 0.25, 0.5, 1.0)
 """Parts of the free flight over which drifts are shown."""
+
+SYMMETRIC = 0.1
+"""Until this time [s] a symmetric motion must stay symmetric."""
+
+INSTANTS = 24
+"""Later instants at which the asymmetry is shown."""
 
 MARKS = 5
 """Instants at which the energy of a run with rho_inf is shown, from unloading to the end."""
@@ -29,6 +43,10 @@ def study_tables(study, outcomes):
     tables = {"mesh": mesh_table(study, outcomes), "time_step": time_step_table(study, outcomes),
               "drift": drift_table(study, outcomes),
               "dissipation": dissipation_table(study, outcomes)}
+    if study.motion:
+        tables["symmetry"] = symmetry_table(study, outcomes)
+        tables["growth"] = growth_table(study, outcomes)
+        tables["motion"] = motion_table(study, outcomes)
     tables["summary"] = summary_table(study, tables)
     tables["verdicts"] = pd.DataFrame(
         [{"case": study.case, **row.as_dict()} for row in verdicts(study, tables)])
@@ -96,7 +114,7 @@ def drift_table(study, outcomes):
     for part in WINDOWS:
         until = study.unloaded_at + part * flight
         frame = pd.DataFrame({"case": study.case, "elements": study.elements[0], "until": until,
-                              "dt": study.drift_steps}).join(
+                              "dt": study.drift_steps, "tolerance": FLIGHT_TOLERANCE}).join(
                                   pd.DataFrame([drifts(outcome, until) for outcome in ended]))
         frame["order"] = _orders(frame["dt"], frame["energy_drift"])
         blocks.append(frame)
@@ -121,6 +139,47 @@ def dissipation_table(study, outcomes):
                          "energy_change": energy[row] / energy[first] - 1.0})
     return pd.DataFrame(rows, columns=["case", "elements", "dt", "rho_inf", "time",
                                        "energy_change"])
+
+
+def symmetry_table(study, outcomes):
+    """Asymmetry about each plane against time and time step: the largest since the instant before,
+    over the size of the shell."""
+    rows = []
+    ends = np.append(SYMMETRIC, np.linspace(SYMMETRIC, study.drift_time, INSTANTS + 1)[1:])
+    for dt, axis, time, values in _asymmetries(study, outcomes):
+        for begin, end in zip(np.append(-1.0, ends), ends):
+            within = (time > begin * (1.0 + 1e-9)) & (time <= end * (1.0 + 1e-9))
+            rows.append({"case": study.case, "elements": study.elements[0], "dt": dt,
+                         "plane": f"{axis} = 0", "until": end,
+                         "asymmetry": values[within].max() if within.any() else np.nan})
+    return pd.DataFrame(rows, columns=["case", "elements", "dt", "plane", "until", "asymmetry"])
+
+
+def growth_table(study, outcomes):
+    """Exponential growth of the asymmetry about each plane, and the time until it is 10^-3."""
+    rows = [{"case": study.case, "elements": study.elements[0], "dt": dt, "plane": f"{axis} = 0",
+             **growth(time, values)._asdict()}
+            for dt, axis, time, values in _asymmetries(study, outcomes)]
+    return pd.DataFrame(rows, columns=["case", "elements", "dt", "plane", *Growth._fields])
+
+
+def motion_table(study, outcomes):
+    """Extreme displacements in free flight and whether they repeat, where the paper plots them."""
+    rows = []
+    for dt in study.drift_steps:
+        outcome = outcomes[study.drift_run(dt).key]
+        if outcome.status == "failed":
+            continue
+        for point, component in study.motion["displacement"].items():
+            time, u = displacement(outcome, study.definition.points[point].value, component)
+            line, again = dominant_line(time, u), recurrence(time, u)
+            rows.append({
+                "case": study.case, "elements": study.elements[0], "dt": dt, "point": point,
+                "component": component, "until": time[-1], "max": u.max(),
+                "time_of_max": time[u.argmax()], "min": u.min(), "time_of_min": time[u.argmin()],
+                "period": line.period, "share_of_period": line.share, "lag": again.lag,
+                "autocorrelation": again.correlation})
+    return pd.DataFrame(rows)
 
 
 def summary_table(study, tables):
@@ -162,6 +221,7 @@ def summary_table(study, tables):
              log_log_fit(early["dt"], early["energy_drift"]).slope, "", f"until {until:g} s"),
             (f"time step for a drift of {DRIFT_TARGET:.0e}", at_target, "s",
              "extrapolated" if beyond else ""),
+            ("convergence tolerance of the drift study", FLIGHT_TOLERANCE, "", ""),
             ("time step of the paper", study.paper_dt, "s", "")):
         rows.append({"quantity": quantity, "unit": unit, "ours": value, "note": note})
     frame = pd.DataFrame(rows).fillna({"printed": "", "note": ""})
@@ -243,6 +303,15 @@ def as_json(tables, origin):
     records = {name: json.loads(frame.to_json(orient="records", double_precision=15))
                for name, frame in tables.items()}
     return {"origin": origin, **records}
+
+
+def _asymmetries(study, outcomes):
+    """(dt, axis, times, asymmetry) of the drift study's runs and the planes of symmetry."""
+    for dt in study.drift_steps:
+        outcome = outcomes[study.drift_run(dt).key]
+        if outcome.status != "failed":
+            for axis in study.motion["symmetry"]:
+                yield dt, axis, *deviations(outcome, "xyz".index(axis))
 
 
 def _orders(steps, values):

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from convergence import Campaign, Run, processes, run_many, store
-from convergence.execution import Workers, complete
 from solver import InputError, ResultFileError, Settings, read, simulate
 from solver.cases import load_case
+from solver.execution import Workers, complete
 
 HERE = Workers(lambda: ThreadPoolExecutor(1), 2)
 
@@ -138,6 +138,14 @@ def test_unwritable_folder(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultFileError, match="file/runs cannot be written: Not a directory"):
         Campaign(tmp_path / "file" / "runs", HERE)
+
+
+def test_frames_are_read_from_the_file(tmp_path):
+    run = Run(PLATE, Settings(dt=0.02, end_time=0.2, frame_every=4), "l-plate")
+    (outcome,), _ = execute(tmp_path, [run])
+    time, moved = outcome.frames
+    assert time == pytest.approx([0.0, 0.08, 0.16, 0.2]) and moved.shape == (4, 48, 3)
+    assert np.abs(moved[-1]).max() > 0.0 == np.abs(moved[0]).max()
 
 
 @pytest.mark.parametrize("jobs, message", [(0, "at least 1, is 0"), (-2, "at least 1, is -2"),

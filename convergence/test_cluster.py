@@ -12,8 +12,8 @@ pytest.importorskip("distributed", reason="the extra [cluster] is not installed"
 
 from distributed import Client
 
-from convergence import Campaign, Run, campaign, dask_workers, execution
-from solver import InputError, Settings, read, simulate
+from convergence import Campaign, Run, campaign, dask_workers
+from solver import InputError, Settings, execution, read, simulate
 from solver.cases import load_case
 
 PLATE = load_case("l-plate").model(30)

@@ -45,6 +45,9 @@ SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacN
           "mutants": "wrong variants"}
 """What the verification suites are about, in a few words."""
 
+OF_STUDY = {"Figure 5": ("slope", "R squared"), "Figure 12": ("Fig. 12",)}
+"""Figures whose verdicts are rows of the convergence study, by what is in their names."""
+
 LARGEST_SVG = 400_000
 """Bytes beyond which a picture is embedded as PNG; its SVG lies beside the page all the same."""
 
@@ -148,9 +151,10 @@ def _claims(case, recordings, study):
         runs = {recording.elements: recording.contents for recording in recordings}
         for figure, rows in claims(case, runs).items():
             found[figure] = [row.as_dict() for row in rows]
-    if study and "Figure 5" in found:
-        found["Figure 5"] = [row for row in study["verdicts"]
-                             if "slope" in row["name"] or "R squared" in row["name"]]
+    for figure, texts in OF_STUDY.items():
+        if study and figure in found:
+            found[figure] = [row for row in study["verdicts"]
+                             if any(text in row["name"] for text in texts)]
     return {figure: SimpleNamespace(
         cell=_cell(figure, rows, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows,
         table=tables.verdict_rows("", rows))

@@ -11,10 +11,11 @@ from .errors import InputError
 from .linear import SOLVERS
 from .loads import NodalLoad, TimeFunction
 from .model import Model
+from .newton import NEWTON, NewtonRule
 from .provenance import describe
 from .recorder import Recorder, output_path
 from .scheme import make_scheme
-from .system import AXES, NewtonRule, Seconds, StepRecord, System
+from .system import AXES, Seconds, StepRecord, System
 
 DEFAULT_FRAMES = 200
 """Frames written at most, beside the first, when their interval is not given."""
@@ -44,7 +45,9 @@ class Settings:
         axes: in which the rotational variables are components: ``global``, switched as in the
             paper, or ``nodal``, axes that follow each node; see :mod:`solver.kernels.rotation`.
         solver: ``auto``, ``skyline`` or ``dense``.
-        tolerance, min_iterations: convergence rule of Eq. (67).
+        newton: ``modified``: a factorization serves for many iterations and steps; ``full``: a new
+            one each time, as in the paper.  See :mod:`solver.newton`.
+        tolerance: of the work ratio cc, Eq. (67); min_iterations: of ``full``.
         max_iterations: iterations after which a step is halved.
         frame_every: steps between two frames (and checkpoints); 0 for about 200 frames a run.
     """
@@ -56,6 +59,7 @@ class Settings:
     transformation: str = "midpoint"
     axes: str = "nodal"
     solver: str = "auto"
+    newton: str = "modified"
     tolerance: float = 1e-6
     min_iterations: int = 3
     max_iterations: int = 20
@@ -79,6 +83,7 @@ class Settings:
                              f"{(below + 1) * self.dt:g} s")
         choice("solver", self.solver, SOLVERS)
         choice("axes", self.axes, AXES)
+        choice("newton", self.newton, NEWTON)
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)
@@ -89,8 +94,10 @@ class Settings:
         return round(self.end_time / self.dt)
 
     @property
-    def newton(self):
-        return NewtonRule(self.tolerance, self.min_iterations, self.max_iterations)
+    def rule(self):
+        """:class:`solver.newton.NewtonRule`."""
+        return NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
+                          self.newton == "modified")
 
     @property
     def frame_steps(self):
@@ -236,9 +243,11 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     system.seconds = Seconds()
     for step in range(done + 1, n_steps + 1):
         record = StepRecord()
-        instant = system.advance(state, scheme, settings.newton, (step - 1) * settings.dt,
+        instant = system.advance(state, scheme, settings.rule, (step - 1) * settings.dt,
                                  settings.dt, record)
         _fill(history[step], step * settings.dt, instant, state, record)
+        if step in frame_of_step:
+            system.kept.forget()
         if recorder and step in frame_of_step:
             recorder.write(step, state, history[written:step + 1],
                            _frame(system, state, frame_of_step[step], history["time"][step]))

@@ -7,8 +7,9 @@ import numpy as np
 
 from .errors import InputError, StepError
 from .kernels import assembly, rotation
-from .linear import SingularMatrix, make_solver
+from .linear import make_solver
 from .loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from .newton import KeptMatrix, iterate
 from .numbering import number_dofs
 
 ROUNDOFF = 4.0 * np.finfo(float).eps
@@ -22,9 +23,6 @@ AXES = ("nodal", "global")
 
 NOT_TOLD = -1
 """Number of indefinite matrices where the solver does not tell."""
-
-MAX_DAMPINGS = 4
-"""How often a correction is halved when it would leave the chart of a normal."""
 
 
 @dataclass
@@ -50,24 +48,6 @@ class State:
     ARRAYS = ("x", "x_low", "variables", "chart", "velocity", "acceleration")
 
 
-@dataclass(frozen=True)
-class NewtonRule:
-    """When an iteration ends: ``cc <= tolerance`` and ``k >= min_iterations`` (Eq. 67)."""
-
-    tolerance: float = 1e-6
-    min_iterations: int = 3
-    max_iterations: int = 20
-
-    def __post_init__(self):
-        if not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
-        if self.max_iterations < 1:
-            raise InputError(f"max_iterations must be at least 1, is {self.max_iterations}")
-        if not 1 <= self.min_iterations <= self.max_iterations:
-            raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
-                             f"{self.min_iterations}")
-
-
 @dataclass
 class StepRecord:
     """What happened in one step of the time grid: sums over its parts if it was halved, but the
@@ -78,6 +58,13 @@ class StepRecord:
     switches: int = 0
     halvings: int = 0
     indefinite: int = 0
+
+    def count(self, negative):
+        """Count a matrix with ``negative`` negative pivots, None where the solver does not tell."""
+        if negative is None:
+            self.indefinite = NOT_TOLD
+        elif negative:
+            self.indefinite += 1
 
 
 @dataclass
@@ -122,11 +109,11 @@ class System:
         n_nodes, n_elem, n_dof = len(model.nodes), len(model.quads), self.numbering.n_dof
         self.fixed_component, fixed = _supports(model, self.numbering)
         self.fixed = fixed
-        self._translations = self.numbering.start[:, None] + np.arange(3)
+        self.translations = self.numbering.start[:, None] + np.arange(3)
         # the nodal frame of a junction starts along the global axes, Eq. (12)
-        self._nodes = (self.numbering.start, self.numbering.n_rot, directors.first,
+        self.nodes = (self.numbering.start, self.numbering.n_rot, directors.first,
                        model.normals.copy())
-        self._numbering = (self._nodes, fixed, bool(fixed.any()))
+        self._numbering = (self.nodes, fixed, bool(fixed.any()))
         self.nodal_mass = np.zeros(n_nodes)
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self._loads = _load_patterns(model, self.numbering)
@@ -143,6 +130,7 @@ class System:
         self.element_energy = np.zeros(n_elem)
         self.residual = np.zeros((3, n_dof))
         self._scratch = scratch(n_nodes, len(self.p))
+        self.kept = KeptMatrix(self)
         corners = model.nodes[model.quads]
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0],
                                              corners[:, 3] - corners[:, 1]), axis=1)
@@ -154,8 +142,8 @@ class System:
         n_nodes = len(model.nodes)
         state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
                       np.zeros((n_nodes, 3, 3)), np.zeros(n_dof), np.zeros(n_dof))
-        state.velocity[self._translations] = model.velocity
-        rotation.start_charts(self._nodes, self.fixed_component, model.normals,
+        state.velocity[self.translations] = model.velocity
+        rotation.start_charts(self.nodes, self.fixed_component, model.normals,
                               model.normal_velocity, state.variables, state.chart, state.velocity)
         fixed = self.fixed
         if np.any(state.velocity[fixed]):
@@ -191,8 +179,8 @@ class System:
     def observe(self, state):
         """Energies and momenta of ``state``; makes it the start of the next step."""
         self._place(state)
-        rotation.director_rates(self._nodes, state.velocity, self.A1, self.p_dot)
-        velocity = state.velocity[self._translations]
+        rotation.director_rates(self.nodes, state.velocity, self.A1, self.p_dot)
+        velocity = state.velocity[self.translations]
         values = assembly.observe(self.elements, self.nodal_mass, state.x, state.x_low, self.p,
                                   velocity, self.p_dot, self._start, self.element_energy)
         return Instant(values[0], values[1], values[2:5], values[5:8], values[8:11], values[11],
@@ -205,20 +193,20 @@ class System:
 
     def predict_strains(self, state, correction):
         """Strain measures for a mixed tangent after ``correction``; see the kernel."""
-        assembly.predict_strains(self.elements, self._nodes, state.x, state.x_low, self.p,
+        assembly.predict_strains(self.elements, self.nodes, state.x, state.x_low, self.p,
                                  self.A1, self._start, correction, *self.predicted)
 
     def turn(self, state, correction):
         """Turn the normals of ``state`` along great circles, see ``rotation.turn_normals``."""
-        rotation.turn_normals(self._nodes, self.fixed_component, correction, state.variables,
+        rotation.turn_normals(self.nodes, self.fixed_component, correction, state.variables,
                               state.chart, self.p, self.A1)
 
     def largest_turn(self, correction):
         """Largest angle [rad] by which a correction turns a normal."""
-        return rotation.largest_turn(self._nodes, correction, self.A1)
+        return rotation.largest_turn(self.nodes, correction, self.A1)
 
     def _place(self, state):
-        lost = rotation.place_directors(self._nodes, state.variables, state.chart, self.p, self.A1)
+        lost = rotation.place_directors(self.nodes, state.variables, state.chart, self.p, self.A1)
         if lost >= 0:
             raise StepError(f"the normal of node {lost} has left its chart")
 
@@ -231,7 +219,11 @@ class System:
             StepError: the step did not converge although halved ``MAX_HALVINGS`` times.
         """
         loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
-        delta, failure = self._newton(state, scheme, rule, dt, loads, record)
+        served = rule.keep and self.kept.serves(scheme.midpoint(dt))
+        delta, failure = iterate(self, state, scheme, rule, dt, loads, record)
+        if delta is None and served:
+            self.kept.forget()
+            delta, failure = iterate(self, state, scheme, rule, dt, loads, record)
         if delta is not None:
             return self._accept(state, scheme, start, dt, delta, loads, record)
         if depth == MAX_HALVINGS:
@@ -249,51 +241,9 @@ class System:
         """
         return ROUNDOFF**2 * (self._stretch_energy + instant_energy)
 
-    def _newton(self, state, scheme, rule, dt, loads, record):
-        """Iterate Eqs. (62)-(67); returns (increment, None) or (None, reason)."""
-        step = scheme.midpoint(dt)
-        averaged = scheme.transformation == "average"
-        delta = dt * state.velocity
-        correction = delta
-        speed = state.velocity[self._translations]
-        floor = self.roundoff_work(float(self.nodal_mass.sum() * np.max(speed**2)))
-        first_work = 0.0
-        for k in range(1, rule.max_iterations + 1):
-            for _ in range(MAX_DAMPINGS + 1):
-                if self.assemble(state, step, averaged, delta, loads) == 0:
-                    break
-                correction = 0.5 * correction
-                delta = delta - correction
-            else:
-                return None, "a normal left the chart of its rotational variables"
-            try:
-                negative = self.factorize()
-                if negative is None:
-                    record.indefinite = NOT_TOLD
-                elif negative:
-                    record.indefinite += 1
-            except SingularMatrix as error:
-                return None, str(error)
-            clock = time.perf_counter()
-            correction = self.solver.solve(self.residual[0])
-            self.seconds.solve += time.perf_counter() - clock
-            work = abs(float(self.residual[0] @ correction))
-            if not np.isfinite(work):
-                return None, "the residual is not finite"
-            delta = delta + correction
-            record.iterations += 1
-            first_work = work if k == 1 else first_work
-            record.residual = work / first_work if first_work > 0.0 else 0.0
-            if k >= rule.min_iterations and (work <= rule.tolerance * first_work or work <= floor):
-                if self._inside(state, step, delta):
-                    return delta, None
-                return None, "a normal left its chart"
-        return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
-                      f"instead of {rule.tolerance:.2g}")
-
-    def _inside(self, state, step, delta):
+    def inside(self, state, step, delta):
         """Whether every normal is still in its chart after the last correction."""
-        return rotation.advance_nodes(self._nodes, _motion(state), step, delta,
+        return rotation.advance_nodes(self.nodes, _motion(state), step, delta,
                                       self._scratch) == 0
 
     def _accept(self, state, scheme, start, dt, delta, loads, record):
@@ -310,7 +260,7 @@ class System:
     def switch(self, state, dt):
         """Renew the axes of the rotational variables for the next step; how many switched."""
         return rotation.switch_charts(
-            self._nodes, self.fixed_component, self.follow, dt, state.variables, state.chart,
+            self.nodes, self.fixed_component, self.follow, dt, state.variables, state.chart,
             state.velocity, state.acceleration)
 
     def assemble(self, state, step, averaged, delta, loads, tangent=True):

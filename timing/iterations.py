@@ -13,7 +13,8 @@ import numpy as np
 
 from solver import Settings, make_scheme, simulate
 from solver.cases import load_case
-from solver.system import NewtonRule, System
+from solver.newton import NewtonRule
+from solver.system import System
 from verification.element_oracle import relative
 from verification.helpers import full_matrix, no_loads
 from verification.suites.kernel import newton, step_jacobian

@@ -97,7 +97,7 @@ class Stepper:
 
     def __init__(self, model, dt, method="auto"):
         settings = Settings(dt=dt, end_time=dt)
-        self.dt, self._rule = dt, settings.newton
+        self.dt, self._rule = dt, settings.rule
         self._scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
         self.system = make_system(model, method)
         self.state = self.system.initial_state()

@@ -63,14 +63,14 @@ class Row:
         """match, better, within tolerance, calibrated, deviates (explained) or (open)."""
         if not np.isfinite(self.value):
             return "deviates (open)"
-        if self.above:
-            return "match" if self.value >= self.reference else "deviates (open)"
+        if self.above and self.value >= self.reference:
+            return "match"
         if self.target is not None and abs(self.value - self.target) < abs(
                 self.reference - self.target):
             return "better"
         if self.fitted and abs(self.difference) <= FITTED:
             return "calibrated"
-        if abs(self.difference) <= self.tolerance:
+        if not self.above and abs(self.difference) <= self.tolerance:
             exact = (self.kind == "analytic" and self.tolerance <= 1e-6
                      or self.value == self.reference)
             return "match" if exact else "within tolerance"
@@ -91,7 +91,7 @@ class Case:
         claim: what it shows.
         source: author, year, table or figure of the references.
         definition: geometry, material, loads and supports in words.
-        run: makes the rows.
+        run: makes the rows; a function that can be pickled, for worker processes.
         slow: takes more than some seconds; run by ``corovec verify``, not by the tests.
     """
 

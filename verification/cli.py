@@ -3,34 +3,36 @@
 import datetime
 import json
 import sys
-import time
 
 import click
 
+from solver.execution import complete, processes
 from solver.recorder import replacing, writable_path
 
-from .registry import Outcome, find, make_report
+from .registry import Outcome, describe, find, make_report, run_case
 
 
 @click.command()
 @click.argument("names", nargs=-1)
 @click.option("--quick", is_flag=True, help="Leave out the slow cases, as the tests do.")
 @click.option("--list", "list_only", is_flag=True, help="Show the cases and what they claim.")
+@click.option("--jobs", type=int, help="Worker processes.  Default: one a usable core.")
 @click.option("--output", type=click.Path(dir_okay=False), default="verification.json",
               show_default=True, help="File of the verdicts (JSON).")
 @click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts instead of a table.")
-def verify(names, quick, list_only, output, overwrite, as_json):
+def verify(names, quick, list_only, jobs, output, overwrite, as_json):
     """Run verification cases: all, or those with the NAMES of cases or suites.
 
-    The file is written after every case.  Exit status 1 if a row deviates without an explanation
-    or a case ends with an error.
+    Every case runs in a worker process; one that fails does not stop the others.  The file is
+    written after every case.  Exit status 1 if a row deviates without an explanation or a case
+    ends with an error.
 
     \b
     Examples:
       corovec verify --list
       corovec verify
-      corovec verify patch linear
+      corovec verify patch linear --jobs 2
       corovec verify roll-up --json
     """
     cases = find(names, quick)
@@ -39,19 +41,22 @@ def verify(names, quick, list_only, output, overwrite, as_json):
             slow = " (slow)" if case.slow else ""
             click.echo(f"{case.suite:<10} {case.name:<28} {case.claim}{slow}; {case.source}")
         return
-    output = writable_path(output, overwrite)
-    outcomes = []
+    workers, output = processes(jobs), writable_path(output, overwrite)
+    ended, shown = {}, 0
     from tqdm import tqdm
-    with tqdm(cases, unit="case", disable=None, file=sys.stderr, leave=False) as bar:
-        for case in bar:
-            bar.set_postfix_str(case.name)
-            outcomes.append(_run(case))
+    with tqdm(total=len(cases), unit="case", disable=None, file=sys.stderr, leave=False) as bar:
+        for case, outcome, error in complete(workers, run_case, cases):
+            ended[case.name] = Outcome(case, [], error=describe(error)) if error else outcome
+            outcomes = [ended[case.name] for case in cases if case.name in ended]
             report = make_report(outcomes, datetime.datetime.now().isoformat(timespec="seconds"),
                                  complete=len(outcomes) == len(cases))
             with replacing(output) as partial:
                 partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
-            if not as_json:
-                _show(outcomes[-1])
+            bar.set_postfix_str(f"last: {case.name}", refresh=False)
+            bar.update()
+            while not as_json and shown < len(cases) and cases[shown].name in ended:
+                _show(ended[cases[shown].name])
+                shown += 1
     open_rows = sum(outcome.deviations for outcome in outcomes)
     errors = sum(outcome.error is not None for outcome in outcomes)
     if as_json:
@@ -63,16 +68,6 @@ def verify(names, quick, list_only, output, overwrite, as_json):
                    f"{output}")
     if open_rows or errors:
         sys.exit(1)
-
-
-def _run(case):
-    """The outcome of one case, whatever it raises."""
-    clock = time.perf_counter()
-    try:
-        rows, error = case.run(), None
-    except Exception as raised:
-        rows, error = [], f"{type(raised).__name__}: {raised}"
-    return Outcome(case, rows, time.perf_counter() - clock, error)
 
 
 def _show(outcome):

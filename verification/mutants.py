@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -61,18 +62,28 @@ def deviating_rows(mutant, case):
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path))}
         if mutant.file.startswith("kernels/"):
             environment["NUMBA_CACHE_DIR"] = folder
-        done = subprocess.run(
-            [sys.executable, "-m", "verification.mutants", str(ROOT / mutant.file), str(source),
-             case, str(output)], env=environment, cwd=folder, capture_output=True, text=True,
-            check=False)
+        said = Path(folder) / "stderr"
+        command = [sys.executable, "-m", "verification.mutants", str(ROOT / mutant.file),
+                   str(source), case, str(output)]
+        with open(said, "wb") as stderr, subprocess.Popen(
+                command, env=environment, cwd=folder, stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL, stderr=stderr) as child:
+            child.wait()
         if not output.exists():
-            raise RuntimeError(f"mutant '{mutant.name}' gave no verdicts: {done.stderr.strip()}")
+            raise RuntimeError(f"mutant '{mutant.name}' gave no verdicts: "
+                               f"{said.read_text(errors='replace').strip()}")
         rows = json.loads(output.read_text())["cases"][0]["rows"]
     return sum(row["verdict"] == "deviates (open)" for row in rows)
 
 
+def _end_with_parent():
+    """The pipe to standard input closes when the parent process ends, or is interrupted."""
+    os.read(sys.stdin.fileno(), 1)
+    os._exit(1)
+
+
 def _run_mutated(file, source, case, output):
-    """Run ``corovec verify`` on one case with the text of ``source`` in the place of ``file``."""
+    """Verdicts of one case with the text of ``source`` in the place of ``file``."""
     for name in [name for name in sys.modules if name.partition(".")[0] == "solver"]:
         del sys.modules[name]
     original, replaced = SourceFileLoader.get_code, []
@@ -84,14 +95,14 @@ def _run_mutated(file, source, case, output):
         return original(loader, name)
 
     SourceFileLoader.get_code = get_code
-    from solver.cli import cli
-    try:
-        cli(["verify", case, "--output", output])
-    finally:
-        if not replaced:
-            Path(output).unlink(missing_ok=True)
-            print(f"{file} was not imported", file=sys.stderr)
+    from .registry import find, make_report, run_case
+    outcome = run_case(find([case])[0])
+    if not replaced:
+        sys.exit(f"{file} was not imported")
+    report = make_report([outcome], date="", complete=True)
+    Path(output).write_text(json.dumps(report), encoding="utf-8")
 
 
 if __name__ == "__main__":
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _run_mutated(*sys.argv[1:])

@@ -1,5 +1,6 @@
 """All verification cases, and the report of their verdicts."""
 
+import time
 from typing import NamedTuple
 
 from solver import InputError
@@ -44,17 +45,32 @@ def find(names=(), quick=False):
 
 
 class Outcome(NamedTuple):
-    """What became of a case: its rows, or the error that ended it."""
+    """What became of a case: its rows and seconds, or the error that ended it."""
 
     case: Case
     rows: list
-    seconds: float
-    error: str | None
+    seconds: float = 0.0
+    error: str | None = None
 
     @property
     def deviations(self):
         """Number of rows that deviate without an explanation."""
         return sum(row.verdict not in OK for row in self.rows)
+
+
+def run_case(case):
+    """:class:`Outcome` of a case, whatever it raises."""
+    clock = time.perf_counter()
+    try:
+        rows, error = case.run(), None
+    except Exception as raised:
+        rows, error = [], describe(raised)
+    return Outcome(case, rows, time.perf_counter() - clock, error)
+
+
+def describe(error):
+    """An exception in one line."""
+    return f"{type(error).__name__}: {error}"
 
 
 def make_report(outcomes, date, complete):

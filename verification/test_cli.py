@@ -1,10 +1,14 @@
 """The command line, as a user meets it."""
 
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
+import time
+from copy import copy
+from functools import partial
 
 import pytest
 from click.testing import CliRunner
@@ -12,7 +16,7 @@ from click.testing import CliRunner
 import verification.cli
 from verification.case import Case, small
 from verification.cli import verify
-from verification.helpers import corovec
+from verification.helpers import COMMAND, corovec
 
 QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
 
@@ -75,6 +79,7 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("verify", "slit-annulus", "--quick"), "slit-annulus: slow cases only"),
     (("converge", "--size", "huge"), "size 'huge' is unknown, must be one of: quick, full, paper"),
     (("converge", "--jobs", "0"), "jobs must be at least 1, is 0"),
+    (("verify", "patch-finite", "--jobs", "0"), "jobs must be at least 1, is 0"),
     (("converge", "--jobs", "2", "--scheduler", "tcp://h:1"), "exclude each other"),
     (("converge", "--scheduler", "nonsense"), "scheduler 'nonsense' cannot be reached"),
     (("converge", "--output", "/dev/null/here"), "folder /dev/null/here cannot be written"),
@@ -99,38 +104,53 @@ def test_help_has_examples(command):
     assert done.returncode == 0 and "Example" in done.stdout and "corovec" in done.stdout
 
 
-def raises(error):
-    raise error
+def own(name, run):
+    return Case(name, "own", "claim", "source", "definition", run)
 
 
-GOOD = Case("good", "own", "claim", "source", "definition", lambda: [small("row", 0.0, 1.0, "")])
-BAD = Case("bad", "own", "claim", "source", "definition", lambda: raises(ValueError("no root")))
-HALTED = Case("halted", "own", "claim", "source", "definition", lambda: raises(KeyboardInterrupt()))
+GOOD = own("good", partial(copy, [small("row", 0.0, 1.0, "")]))
+BAD = own("bad", partial(math.sqrt, -1.0))
+LATE = own("late", partial(subprocess.run, "sleep 2; false", shell=True, check=True))
+DEADLY = own("deadly", partial(os._exit, 3))
 
 
 def verdicts(monkeypatch, path, *cases):
     """``corovec verify`` of some cases: its result and the file it leaves."""
     monkeypatch.setattr(verification.cli, "find", lambda names, quick: cases)
-    done = CliRunner().invoke(verify, ["--output", str(path)], standalone_mode=False)
+    done = CliRunner().invoke(verify, ["--output", str(path), "--jobs", "2"],
+                              standalone_mode=False)
     assert os.listdir(path.parent) == [path.name]
     return done, json.loads(path.read_text())
 
 
-def test_a_case_that_raises_does_not_end_the_others(tmp_path, monkeypatch):
-    done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", BAD, GOOD)
-    assert done.exit_code == 1 and "failed: ValueError: no root" in done.stdout
+def test_a_case_that_fails_does_not_end_the_others(tmp_path, monkeypatch):
+    """One raises, late, and one takes its process with it; the order stays."""
+    done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", LATE, BAD, DEADLY, GOOD)
+    assert done.exit_code == 1 and "failed: ValueError: " in done.stdout
     assert "1 of 1 rows as they should be, 0 deviate" in done.stdout
-    assert "1 of 2 cases failed" in done.stdout and report["complete"] is True
-    assert [(case["error"], len(case["rows"])) for case in report["cases"]] == [
-        ("ValueError: no root", 0), (None, 1)]
+    assert "3 of 4 cases failed" in done.stdout and report["complete"] is True
+    shown = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("own: ")]
+    assert shown == [case["name"] for case in report["cases"]] == ["late", "bad", "deadly", "good"]
+    assert [(case["error"] or "").partition(":")[0] for case in report["cases"]] == [
+        "CalledProcessError", "ValueError", "BrokenProcessPool", ""]
+    assert [len(case["rows"]) for case in report["cases"]] == [0, 0, 0, 1]
 
 
-def test_verdicts_up_to_an_interrupt_are_kept(tmp_path, monkeypatch):
+def test_verdicts_up_to_an_interrupt_are_kept(tmp_path):
     """The file is there after every case, and says that it is not complete."""
-    done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", GOOD, HALTED, GOOD)
-    assert done.exit_code != 0
+    path = tmp_path / "verdicts.json"
+    with subprocess.Popen([COMMAND, "verify", "patch-finite", "mutants-element", "--output", path,
+                           "--jobs", "2"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                          text=True) as process:
+        while not path.exists():
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20.0)  # mutants-element takes longer
+    assert process.returncode == 130 and err.strip() == "corovec: error: interrupted"
+    report = json.loads(path.read_text())
     assert report["complete"] is False
-    assert [case["name"] for case in report["cases"]] == ["good"]
+    assert [case["name"] for case in report["cases"]] == ["patch-finite"]
 
 
 @pytest.mark.parametrize("module", ["solver.errors", "scipy", "numba"])

@@ -12,7 +12,8 @@ from solver import Settings, Support, simulate
 from solver.kernels import rotation
 from solver.model import STEEPEST_COMPONENT
 from solver.scheme import make_scheme
-from solver.system import NewtonRule, StepRecord, System
+from solver.newton import NewtonRule
+from solver.system import StepRecord, System
 from verification.jets import Jet, norm
 from verification.models import rectangle, spinning
 

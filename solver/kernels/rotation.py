@@ -206,7 +206,7 @@ def derivatives(nodes, chart, p, A1):
         if n_rot[i] == 2:
             first_derivatives(p[first[i]], chart[i], A1[first[i]])
             continue
-        _frame_of(body, first[i], p, e)
+        frame_of(body, first[i], p, e)
         spins(e, chart[i], G, omega)
         for d in range(first[i], first[i + 1]):
             _swing(omega, p[d], A1[d])
@@ -224,7 +224,7 @@ def moment_forces(nodes, i, triad, p, A1, moment, f):
             f[k] = A1[d, 0, k] * couple[0] + A1[d, 1, k] * couple[1] + A1[d, 2, k] * couple[2]
         return
     e, G, omega = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    _frame_of(nodes[3], d, p, e)
+    frame_of(nodes[3], d, p, e)
     spins(e, triad, G, omega)
     for k in range(3):
         f[k] = omega[0, k] * moment[0] + omega[1, k] * moment[1] + omega[2, k] * moment[2]
@@ -455,7 +455,7 @@ def curvature(nodes, i, p, A1, triad, forces, moment, H):
         return
     e, G, omega = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     total, part, rate, arm = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    _frame_of(nodes[3], first[i], p, e)
+    frame_of(nodes[3], first[i], p, e)
     spins(e, triad, G, omega)
     for c in range(3):
         total[c] = -moment[c]
@@ -483,7 +483,7 @@ def curvature(nodes, i, p, A1, triad, forces, moment, H):
 
 
 @njit(cache=True)
-def _frame_of(body, d, p, e):
+def frame_of(body, d, p, e):
     """Nodal frame of a junction from its first two directors ``p[d], p[d + 1]``."""
     a, b = np.empty((3, 3)), np.empty((3, 3))
     for first, second, target in ((body[d], body[d + 1], a), (p[d], p[d + 1], b)):

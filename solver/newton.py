@@ -1,0 +1,200 @@
+"""Newton's iteration of one time step (Eqs. 61-67), with a new matrix in every iteration as in the
+paper, or with one factorization for many of them."""
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import InputError
+from .kernels import corotation
+from .linear import SingularMatrix
+
+NEWTON = ("modified", "full")
+"""One factorization for many iterations, or a new matrix in each (the paper's)."""
+
+MAX_DAMPINGS = 4
+"""How often a correction is halved when it would leave the chart of a normal."""
+
+SQUARED = 1e-8
+"""Newton's last correction takes the work ratio from ``tolerance`` to the order of its square.  The
+iteration with a kept matrix, whose last correction gains little, goes on until the work ratio to be
+expected after it is ``SQUARED tolerance``: the same step, as far as the paper's rule tells."""
+
+STALLED = 0.25
+"""Part of the work that may be left after a correction with a kept matrix."""
+
+LONGEST = 14
+"""Iterations expected for a step beyond which a kept matrix is replaced within the step."""
+
+WORN = 8
+"""Iterations of a step after which the next one starts with a new matrix (measured: flat from 5
+to 11)."""
+
+
+@dataclass(frozen=True)
+class NewtonRule:
+    """When an iteration ends: ``cc <= tolerance`` and ``k >= min_iterations`` (Eq. 67).
+
+    With ``keep`` a factorization serves as long as it is good; see ``SQUARED`` for the rule then.
+    """
+
+    tolerance: float = 1e-6
+    min_iterations: int = 3
+    max_iterations: int = 20
+    keep: bool = False
+
+    def __post_init__(self):
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
+        if self.max_iterations < 1:
+            raise InputError(f"max_iterations must be at least 1, is {self.max_iterations}")
+        if not 1 <= self.min_iterations <= self.max_iterations:
+            raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
+                             f"{self.min_iterations}")
+
+    @property
+    def least(self):
+        """Fewest iterations of a step; two tell how fast a kept matrix converges."""
+        return 2 if self.keep else self.min_iterations
+
+    def ends(self, k, work, first, left, new):
+        """Whether the k-th correction is the last, with the work that it does, the first did, and
+        the ratio to the one before; ``new``: whether it has its own matrix."""
+        if k < self.least:
+            return False
+        if not self.keep or new:
+            return work <= self.tolerance * first
+        return work * min(left, 1.0) <= SQUARED * self.tolerance * first
+
+    def too_slow(self, k, work, first, left):
+        """Whether the next correction needs its own matrix: the kept one has stalled, or would
+        take more than ``LONGEST`` iterations."""
+        if left > STALLED:
+            return True
+        missing = math.log(work * left / (SQUARED * self.tolerance * first))
+        return k + missing / -math.log(left) > LONGEST
+
+
+class KeptMatrix:
+    """The factorization of a step's matrix, carried along with the nodes afterwards."""
+
+    def __init__(self, system):
+        self._system = system
+        numbering, n_nodes = system.numbering, len(system.model.nodes)
+        self._numbers = (numbering.start, numbering.n_rot)
+        self._corner = np.empty(n_nodes, dtype=np.int64)
+        self._corner[system.model.quads] = np.arange(len(system.model.quads))[:, None]
+        self._held = np.zeros(n_nodes, dtype=bool)
+        self._held[numbering.node_of_dof[system.fixed]] = True
+        self._free = not system.fixed.any()
+        self._frames, self._rates, self._Q, self._J = np.zeros((4, n_nodes, 3, 3))
+        self._turned = np.zeros(numbering.n_dof)
+        self.forget()
+
+    def forget(self):
+        """Drop the factorization: the next step starts with its own."""
+        self._step = None
+
+    def serves(self, step):
+        """Whether there is a factorization for steps of this length and scheme."""
+        return self._step == step
+
+    def keep(self, step, state):
+        """Factorize the assembled matrix of a step that starts at ``state``.
+
+        Returns:
+            How many pivots are negative, None if the solver does not tell.
+
+        Raises:
+            SingularMatrix: a pivot is zero or not finite.
+        """
+        self.forget()
+        negative = self._system.factorize()
+        self._step, self._carried = step, False
+        corotation.keep(*self._place(state), self._frames, self._rates)
+        return negative
+
+    def carry(self, state):
+        """Turn the factorization along with the nodes to a step that starts at ``state``."""
+        corotation.carry(*self._place(state), self._held, self._frames, self._rates, self._Q,
+                         self._J)
+        self._carried = True
+
+    def solve(self, residual):
+        """Correction for a residual."""
+        solver = self._system.solver
+        if not self._carried:
+            return solver.solve(residual)
+        corotation.turn_back(*self._numbers, self._Q, self._J, residual, self._turned)
+        old = solver.solve(self._turned)
+        correction = np.empty_like(old)
+        corotation.turn_on(*self._numbers, self._Q, self._J, old, correction)
+        if self._free:
+            corotation.balance(self._numbers[0], self._system.nodal_mass, self._step[2], residual,
+                               correction)
+        return correction
+
+    def _place(self, state):
+        system = self._system
+        return (system.nodes, system.elements.nodes, self._corner, state.x, state.x_low,
+                state.chart, system.p, system.A1)
+
+
+def iterate(system, state, scheme, rule, dt, loads, record):
+    """The increment of a step of length ``dt`` from ``state`` under ``loads``.
+
+    Args:
+        system: :class:`solver.system.System`; record: :class:`solver.system.StepRecord`, added to.
+
+    Returns:
+        (increment (n_dof,), None), or (None, the reason why there is none).
+    """
+    step = scheme.midpoint(dt)
+    averaged = scheme.transformation == "average"
+    kept = system.kept
+    new = not (rule.keep and kept.serves(step))
+    if not new:
+        kept.carry(state)
+    delta = dt * state.velocity
+    correction = delta
+    speed = state.velocity[system.translations]
+    floor = system.roundoff_work(float(system.nodal_mass.sum() * np.max(speed**2)))
+    first = last = 0.0
+    made = 0
+    for k in range(1, rule.max_iterations + 1):
+        for _ in range(MAX_DAMPINGS + 1):
+            if system.assemble(state, step, averaged, delta, loads, new) == 0:
+                break
+            correction = 0.5 * correction
+            delta = delta - correction
+        else:
+            return None, "a normal left the chart of its rotational variables"
+        if new:
+            try:
+                record.count(kept.keep(step, state))
+            except SingularMatrix as error:
+                return None, str(error)
+            made = k
+        clock = time.perf_counter()
+        correction = kept.solve(system.residual[0])
+        system.seconds.solve += time.perf_counter() - clock
+        work = abs(float(system.residual[0] @ correction))
+        if not np.isfinite(work):
+            return None, "the residual is not finite"
+        delta = delta + correction
+        record.iterations += 1
+        first = work if k == 1 else first
+        record.residual = work / first if first > 0.0 else 0.0
+        left = work / last if last > 0.0 else 1.0
+        if rule.ends(k, work, first, left, new) or (k >= rule.least and work <= floor):
+            if k - made > WORN:
+                kept.forget()
+            if system.inside(state, step, delta):
+                return delta, None
+            return None, "a normal left its chart"
+        new = not rule.keep or (k > 1 and rule.too_slow(k, work, first, left))
+        last = work
+    return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
+                  f"instead of {rule.tolerance:.2g}")
