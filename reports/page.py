@@ -23,7 +23,17 @@ from verification.registry import CASES as VERIFICATION
 
 from . import figures, tables
 from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of, read_json
-from .parts import Stamps, parts, plan, run_file, study_file, suite_file, suite_names, timing_file
+from .parts import (
+    Stamps,
+    parts,
+    plan,
+    run_file,
+    status,
+    study_file,
+    suite_file,
+    suite_names,
+    timing_file,
+)
 from .player import packed_text, player
 from .recording import Recording
 from .tables import Cell, worst
@@ -47,6 +57,9 @@ SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacN
 
 OF_STUDY = {"Figure 5": ("slope", "R squared"), "Figure 12": ("Fig. 12",)}
 """Figures whose verdicts are rows of the convergence study, by what is in their names."""
+
+PIXELS = 110
+"""Pixels of the page for an inch of a picture."""
 
 LARGEST_SVG = 400_000
 """Bytes beyond which a picture is embedded as PNG; its SVG lies beside the page all the same."""
@@ -72,9 +85,9 @@ def build(size, folder):
     html = environment.get_template("page.html").render(
         about=_about(size, everything, stamps),
         counts=tables.counts([row for part in (*cases, *suites) for row in part.rows]),
-        cases=cases, suites=suites,
-        grid=_grid(cases, suites), findings=_findings(folder), verdicts=tables.VERDICTS,
-        speed=_speed(timing), parts=_parts_table(everything, stamps),
+        cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(folder),
+        verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(timing),
+        parts=_parts_table(everything, stamps),
         style=_text("page.css"), script=_text("player.js"),
         players={name: json.dumps(data) for name, data in players.items()},
         plotly=_plotly() if players else "")
@@ -91,29 +104,20 @@ def _case(name, size, folder, pictures):
     recordings, problems = _recordings(name, size, folder)
     sources = Sources(definition, recordings, study)
     claimed = _claims(name, recordings, study)
-    shown = []
-    for drawing in DRAWINGS[name]:
-        picture = None
-        if available(drawing, sources):
-            picture = _picture(drawing, sources, pictures)
-        shown.append(SimpleNamespace(
-            picture=picture, title=drawing.title, name=drawing.name,
-            cells=[claim.cell for label, claim in claimed.items()
-                   if label.rstrip("ab") == drawing.figure]))
     printed = printed_results(name)
     time_rows = [row.as_dict() for row in timing_verdicts(
         timing["tables"][f"{TIMES[name]}-ratios"])] if timing else []
     energy_rows = [row for row in study["verdicts"] if row["kind"] == "published"] if study else []
     promise_rows = [row for row in study["verdicts"] if row["kind"] != "published"] if study else []
     return SimpleNamespace(
-        name=name, title=tables.case_titles()[name], rows=[
+        name=name, short=SHORT[name], title=tables.case_titles()[name], rows=[
             *energy_rows, *promise_rows, *time_rows,
             *(row for claim in claimed.values() for row in claim.rows)],
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),
-        provenance=tables.provenance(name), drawings=shown, claims=claimed, problems=problems,
-        lost=[SimpleNamespace(figure=figure, text=text) for figure, text in LOST.items()
-              if figure in claimed],
+        provenance=tables.provenance(name), claims=claimed, problems=problems,
+        figures=[_figure(label, sources, claimed, pictures)
+                 for label in dict.fromkeys(drawing.figure for drawing in DRAWINGS[name])],
         energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
         energy_cell=_cell(printed["table"], energy_rows, f"energy, {SHORT[name]}"),
         promise_cell=_cell(SHORT[name], promise_rows, "of the convergence study",
@@ -156,9 +160,21 @@ def _claims(case, recordings, study):
             found[figure] = [row for row in study["verdicts"]
                              if any(text in row["name"] for text in texts)]
     return {figure: SimpleNamespace(
-        cell=_cell(figure, rows, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows,
-        table=tables.verdict_rows("", rows))
+        cell=_cell(figure, rows, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows)
         for figure, rows in found.items()}
+
+
+def _figure(label, sources, claimed, folder):
+    """A figure of the paper: its drawings, what it claims with verdicts, and what is lost of it."""
+    own = [claim for figure, claim in claimed.items() if figure.rstrip("ab") == label]
+    drawn = [SimpleNamespace(
+        name=drawing.name, title=drawing.title,
+        picture=_picture(drawing, sources, folder) if available(drawing, sources) else None)
+        for drawing in DRAWINGS[sources.case.name] if drawing.figure == label]
+    return SimpleNamespace(
+        label=label, id=_anchor(label), cells=[claim.cell for claim in own], drawings=drawn,
+        lost=LOST.get(label), table=tables.verdict_rows(
+            "What the paper says of it", [row for claim in own for row in claim.rows]))
 
 
 def _picture(drawing, sources, folder):
@@ -169,6 +185,7 @@ def _picture(drawing, sources, folder):
     kind = "image/png" if shown is png else "image/svg+xml"
     content = base64.b64encode(shown.read_bytes()).decode("ascii")
     return SimpleNamespace(source=f"data:{kind};base64,{content}",
+                           width=round(PIXELS * figure.get_size_inches()[0]),
                            files=[f"figures/{path.name}" for path in (svg, png, csv)])
 
 
@@ -253,14 +270,9 @@ def _parts_table(everything, stamps):
     rows = []
     for part in everything:
         stamp = stamps.read(part)
-        status = "left out" if part.left_out else "not run"
-        if stamp:
-            status = stamp["status"] if stamps.current(part) else f"{stamp['status']}, of " \
-                "earlier sources"
-        rows.append([part.name, status, tables.duration(stamp and stamp["seconds"]), part.shown(),
-                     (stamp or {}).get("message", "")])
-    return tables.Table("Parts", ("part", "status", "wall clock", "command", "message"), rows,
-                        words=2)
+        rows.append([part.name, status(part, stamps), tables.duration(
+            stamp and stamp["seconds"]), part.shown(), (stamp or {}).get("message", "")])
+    return tables.Table("Parts", ("part", "status", "wall clock", "command", "message"), rows)
 
 
 def _anchor(label):

@@ -135,6 +135,14 @@ class Stamps:
         return self.folder / f"{part.name}.json"
 
 
+def status(part, stamps):
+    """How a part stands, in words."""
+    stamp = stamps.read(part)
+    if stamp is None:
+        return "left out" if part.left_out else "not run"
+    return stamp["status"] if stamps.current(part) else f"{stamp['status']}, earlier sources"
+
+
 def _timings(size, folder):
     for name in TIMINGS:
         own = folder / "timing" / name

@@ -23,6 +23,12 @@ VERDICTS = {
 METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production default",
            "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU"}
 
+WORDS = frozenset((
+    "mesh", "solver", "verdict", "quantity", "note", "basis", "target", "unit", "met", "detail",
+    "matrix", "case", "parameter", "value", "provenance", "source", "what", "kind", "reason",
+    "part", "status", "command", "message"))
+"""Heads of columns that hold words; the others hold numbers, which stand on the right."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -51,14 +57,13 @@ class Table:
 
     Attributes:
         name: caption; columns: heads; rows: texts, verdicts as :class:`Cell` s.
-        notes: sentences below; words: how many columns from the left hold words, not numbers.
+        notes: sentences below.
     """
 
     name: str
     columns: tuple
     rows: list
     notes: list = field(default_factory=list)
-    words: int = 1
 
 
 def worst(verdicts):
@@ -144,7 +149,7 @@ def times(name, timing):
     notes.append("(*) printed: the paper's mark of an estimate; ours: extrapolated from steps.")
     return Table(f"{TABLES[name]}: CPU seconds of {unit_steps} steps, and of the whole run",
                  ("elements", "solver", "printed", "ours [s]", "spread", "printed, run",
-                  "ours, run", "basis"), rows, notes, words=2)
+                  "ours, run", "basis"), rows, notes)
 
 
 def ratios(name, timing):
@@ -185,7 +190,7 @@ def iterations(timing):
          "iterations, to 1e-14", "error left, relative"),
         [[number(row["dt"], 3), row["matrix"], number(row["gap"], 2), str(row["iterations"]),
           str(row["iterations_converged"]), number(row["error"], 2)]
-         for row in timing["tables"]["iterations"]], words=2)
+         for row in timing["tables"]["iterations"]])
 
 
 def growth(timing):
@@ -194,7 +199,7 @@ def growth(timing):
     rows = [[row["case"], row["method"], *(number(row.get(phase), 3) for phase in phases)]
             for row in timing["tables"]["growth-exponents"]]
     return Table("Growth with the number of unknowns n: exponents of n",
-                 ("case", "solver", *(phase.replace("_", " ") for phase in phases)), rows, words=2)
+                 ("case", "solver", *(phase.replace("_", " ") for phase in phases)), rows)
 
 
 def provenance(case):
@@ -203,7 +208,7 @@ def provenance(case):
     rows = [[name, shown(value), unit or "–", Cell(name, kind), source]
             for name, value, unit, kind, source in definition.provenance()]
     return Table("Every parameter, and where it comes from",
-                 ("parameter", "value", "unit", "provenance", "source"), rows, words=2)
+                 ("parameter", "value", "unit", "provenance", "source"), rows)
 
 
 def provenance_counts(case):
