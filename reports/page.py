@@ -120,7 +120,7 @@ def _case(name, size, folder, pictures):
                  for label in dict.fromkeys(drawing.figure for drawing in DRAWINGS[name])],
         energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
         energy_cell=_cell(printed["table"], energy_rows, f"energy, {SHORT[name]}"),
-        promise_cell=_cell(SHORT[name], promise_rows, "of the convergence study",
+        promise_cell=_cell(SHORT[name], promise_rows, "step, drift, damping",
                            href=f"#{name}-study"),
         study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"])
         if study else None,
