@@ -70,7 +70,7 @@ def study():
 
 
 def timing():
-    """CPU times of Table 2: our dense/skyline is as the paper's."""
+    """CPU times of Table 2: our dense/skyline is 1.1 of the paper's."""
     rows = []
     for cell in cells():
         if cell.table == "Table 2" and cell.method == "skyline":
@@ -82,7 +82,7 @@ def timing():
                     "table": "Table 2", "case": "l-plate", "elements": cell.elements,
                     "method": method, "basis": "steps", "unit_cpu": 1.0, "step_spread": 0.1,
                     "run_cpu": 8e3, "run_extrapolated": True, "factor_cpu": 1.0, "solve_cpu": 0.1,
-                    "step_cpu": dense.seconds if method == "dense" else cell.seconds,
+                    "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
                     "paper_seconds": row_cell and row_cell.seconds,
                     "printed_seconds": row_cell and row_cell.printed_seconds})
     return {"tables": {"table-2-times": rows, "table-2-ratios": ratios(rows)}}
@@ -119,7 +119,7 @@ def test_cells_have_the_worst_verdict_of_what_was_written(html):
 
 
 def test_printed_numbers_errata_and_provenance_are_shown(html):
-    for text in ("71.373", "13,460 s†", "13,460 s read as 13.460 s", "10,436.720 s", "1756",
+    for text in ("71.373", "13,460 s†", "13,460 s read as 13.460 s", "10,436.720 s", "2,005,032 s*",
                  'class="badge assumed"', 'class="badge calibrated"', "disk &lt;full&gt;"):
         assert text in html, text
 
@@ -274,5 +274,6 @@ def test_readable_without_javascript(browser, results, html):
     tab = context.new_page()
     tab.goto((results / "page" / "index.html").as_uri())
     assert tab.locator("img").count() == html.count("<img")
-    assert tab.get_by_text("The player needs JavaScript").first.is_visible()
+    assert tab.get_by_text("71.373").first.is_visible()
+    assert not tab.locator(".player").first.is_visible()
     context.close()

@@ -1,6 +1,7 @@
 // Players: frames of a run, unpacked when first scrolled to, drawn by Plotly.
 "use strict";
 (() => {
+  document.documentElement.classList.add("js");
   const SECONDS = 12;  // a whole motion at speed 1
   const byId = id => document.getElementById(id);
 
