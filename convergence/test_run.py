@@ -13,8 +13,8 @@ from solver import InputError, Model, NodalLoad, Settings, Support, TimeFunction
 from solver.cases import load_case
 
 SETTINGS = {"dt": 0.005, "end_time": 0.2, "scheme": "newmark", "rho_inf": 0.9,
-            "transformation": "average", "axes": "global", "solver": "skyline", "tolerance": 1e-8,
-            "min_iterations": 2, "max_iterations": 30, "frame_every": 3}
+            "transformation": "average", "axes": "global", "solver": "skyline", "newton": "full",
+            "tolerance": 1e-8, "min_iterations": 2, "max_iterations": 30, "frame_every": 3}
 
 MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 2, 3, 0)],
          "thickness": 0.2, "youngs": 2.0, "poisson": 0.2, "density": 2.0,

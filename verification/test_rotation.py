@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from solver import Settings, Support, simulate
 from solver.kernels import rotation
 from solver.model import STEEPEST_COMPONENT
-from solver.scheme import make_scheme
 from solver.newton import NewtonRule
+from solver.scheme import make_scheme
 from solver.system import StepRecord, System
 from verification.jets import Jet, norm
 from verification.models import rectangle, spinning

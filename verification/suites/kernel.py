@@ -5,9 +5,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from solver import Model, NodalLoad, Support, solve_linear
+from solver.newton import NewtonRule
 from solver.scheme import make_scheme
 from solver.statics import STATIC
-from solver.newton import NewtonRule
 from solver.system import StepRecord, System
 from verification.case import Case, Row, at_least, small
 from verification.element_oracle import DERIVATIVES, E, constants, evaluate, oracle, relative
