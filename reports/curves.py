@@ -10,10 +10,14 @@ from matplotlib.figure import Figure
 from solver.errors import InputError
 from solver.simulation import total_energy
 
-from .style import BLUE, CURVES, MARKERS, WIDTH, styled
+from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
 
 MOST_ROWS = 20_000
 """Rows of a history that are drawn at most: beyond, every n-th one, evenly."""
+
+ENERGIES = (*CURVES[:2], (BLACK, "-"), (ORANGE, (0, (1, 2))))
+"""Colour and line style of kinetic, strain and total energy and of the work, which is the total
+where the shell began at rest and is drawn over it."""
 
 ROUNDING = 1e-9
 """Half the least range of a momentum's axis, relative to the momentum's scale: what is smaller is
@@ -56,7 +60,7 @@ def energies(history, unloaded_at=np.inf, end=None):
         "time": rows["time"], "kinetic_energy": rows["kinetic_energy"],
         "strain_energy": rows["strain_energy"], "total_energy": total_energy(rows),
         "external_work": rows["external_work"]})
-    for column, (colour, dashes) in zip(data.columns[1:], CURVES):
+    for column, (colour, dashes) in zip(data.columns[1:], ENERGIES):
         axes.plot(data["time"], data[column], color=colour, linestyle=dashes,
                   label=column.replace("_", " "))
     _over_time(axes, data["time"], unloaded_at)
@@ -128,7 +132,7 @@ def momenta(history, unloaded_at=np.inf, end=None):
     upper.set_ylabel("linear momentum\n[kg m/s]")
     middle.set_ylabel("angular momentum\n[kg m²/s]")
     lower.set_ylabel("as printed −\nconsistent [kg m²/s]")
-    middle.set_title("thick: consistent mass, thin: as printed, Eq. (50)", loc="left", size=7.5)
+    middle.set_title("thick: consistent mass, thin: as printed, Eq. (50)", loc="right", size=7.5)
     _legend(figure)
     return figure, data
 

@@ -5,17 +5,24 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
 
 from solver.loads import NodalLoad, TimeFunction
 
-from .space import Arrow, best_view, bounds, density_bar, density_scale, elements, space
+from .space import Space, View, best_view, bounds, density_bar, density_scale
 from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
 
 ARROW = 0.22
 """Longest arrow relative to the size of the mesh."""
 
+OUTWARD = 0.2
+"""Weight of the distance from the middle of the mesh beside that from its nodes."""
+
 MOVED = 0.5
 """A shell that travels this multiple of its size is drawn along its way, else frame by frame."""
+
+FRAMES = 8
+"""Instants of a sequence, if none are asked for."""
 
 
 class Drawn(NamedTuple):
@@ -36,7 +43,8 @@ def mesh_and_loads(model, case=None, view=None):
     that of the largest force.
 
     Args:
-        model: :class:`solver.Model`; its moments and pressures are not drawn.
+        model: :class:`solver.Model`, whose moments and pressures are not drawn, or anything else
+            with ``nodes`` and ``quads``.
         case: :class:`solver.cases.Case` of the model, for the names of its loads and points; line
             loads are then forces per length [N/m], the same at all nodes of the line.
         view: (elevation, azimuth) [degrees]; default: where most is seen.
@@ -48,23 +56,23 @@ def mesh_and_loads(model, case=None, view=None):
     corners = model.nodes[model.quads]
     loads = _nodal_loads(model) if case is None else _case_loads(model, case)
     points = {name: point.value for name, point in case.points.items()} if case else {}
+    functions = {load.function: load.history for load in loads if len(load.history.times) > 1}
+    view = best_view(corners) if view is None else View(*view)
     ends = [_arrows(model, load, loads) for load in loads]
-    figure = Figure(figsize=(WIDTH, 0.6 * WIDTH), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(3.6, 1), height_ratios=(1, 1.6, 1))
-    axes = space(figure, grid[:, 0], bounds(model.nodes, *ends),
-                 best_view(corners) if view is None else view)
-    elements(axes, corners, facecolor="0.92", edge="0.4", line=0.4)
+    box = bounds(model.nodes, *ends)
+    height = max(0.5 + 0.72 * WIDTH * view.aspect(box), 2.0)
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    widths, heights = (3.4, 1.0) if functions else (1.0,), (height - 1.7, 3.4, height - 1.7)
+    grid = figure.add_gridspec(3, len(widths), width_ratios=widths, height_ratios=heights)
+    space = Space(figure.add_subplot(grid[:, 0]), view, box)
+    space.elements(corners[None], facecolor="0.92", edge="0.4", line=0.4)
     for load, arrows in zip(loads, ends):
         for tail, tip in arrows:
-            axes.add_artist(Arrow(tail, tip, VERMILLION))
-        middle = len(load.nodes) // 2
-        free = arrows[middle][np.argmax(np.linalg.norm(
-            arrows[middle] - model.nodes[load.nodes[middle]], axis=1))]
-        axes.text(*free, f" {load.name} ", color=VERMILLION, va="bottom", zorder=6)
+            space.arrow(tail, tip)
+        _name_load(space, load, arrows[len(arrows) // 2], model.nodes)
     for name, point in points.items():
-        axes.plot(*np.transpose([point]), "o", color=BLUE, markersize=4.0, zorder=6)
-        axes.text(*point, f"  {name}", color=BLUE, weight="bold", va="top", zorder=6)
-    functions = {load.function: load.history for load in loads if len(load.history.times) > 1}
+        space.dot(point, BLUE)
+        space.text(point, name, (8.0, -8.0), color=BLUE, weight="bold")
     if functions:
         _draw_functions(figure.add_subplot(grid[1, 1]), functions)
     return figure, _mesh_table(model, loads, points, functions)
@@ -79,7 +87,7 @@ def sequence(recording, times=None, scale=1.0, view=None):
 
     Args:
         recording: :class:`Recording`.
-        times: [s], in statics load factors; the nearest frames are taken.  Default: 11 evenly.
+        times: [s], in statics load factors; the nearest frames are taken.  Default: 8 evenly.
         scale: factor of the displacements.
         view: as of :func:`mesh_and_loads`.
 
@@ -90,16 +98,16 @@ def sequence(recording, times=None, scale=1.0, view=None):
         InputError: a time outside the recorded ones.
     """
     if times is None:
-        frames = np.unique(np.linspace(0, len(recording.times) - 1, 11).round().astype(int))
+        frames = np.unique(np.linspace(0, len(recording.times) - 1, FRAMES).round().astype(int))
     else:
         frames = recording.frames_at(times)
     corners = recording.positions(scale)[frames][:, recording.quads]
     density, times = recording.energy_density[frames], recording.times[frames]
-    view = best_view(corners.reshape(-1, 4, 3)) if view is None else view
+    view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     centres = corners.mean(axis=(1, 2))
     travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
     draw = _way if travels and len(frames) > 1 else _frames
-    captions = [f"λ = {t:.4g}" if recording.static else f"{t:.4g} s" for t in times]
+    captions = [caption(recording, time) for time in times]
     figure = draw(corners, density, density_scale(density), captions, view)
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
@@ -110,38 +118,48 @@ def sequence(recording, times=None, scale=1.0, view=None):
         "strain_energy_density": np.repeat(density.ravel(), 4)})
 
 
+def caption(recording, time):
+    """What is written beside a frame."""
+    return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
+
+
 def _way(corners, density, scale, captions, view):
     """All frames in one space."""
-    figure = Figure(figsize=(WIDTH, 0.75 * WIDTH), layout="constrained")
-    axes = space(figure, figure.add_gridspec(1, 1)[0], bounds(corners), view)
-    elements(axes, corners.reshape(-1, 4, 3), array=density.ravel(), norm=scale.norm,
-             cmap=scale.cmap, line=0.15)
-    for frame, caption in zip(corners, captions):
-        top = frame.reshape(-1, 3)[np.argmax(frame.reshape(-1, 3)[:, 2])]
-        axes.text(*top, caption, ha="center", va="bottom", size=6.5, zorder=6)
-    density_bar(figure, scale, density, axes, shrink=0.6, pad=0.02)
+    box = bounds(corners)
+    figure = Figure(figsize=(WIDTH, 0.5 + 0.75 * WIDTH * view.aspect(box)), layout="constrained")
+    space = Space(figure.add_subplot(), view, box)
+    space.elements(corners, array=density, norm=scale.norm, cmap=scale.cmap, line=0.2)
+    for frame, caption in zip(corners.reshape(len(corners), -1, 3), captions):
+        top = frame[np.argmax(view(frame)[:, 1])]
+        space.text(top, caption, (0.0, 5.0), size=7.0)
+    density_bar(figure, scale, density, space.axes, shrink=0.7, aspect=25)
     return figure
 
 
 def _frames(corners, density, scale, captions, view):
-    """A panel for each frame."""
-    columns = min(4, len(corners))
+    """A panel for each frame, all of one scale."""
+    columns, box = min(4, len(corners)), bounds(corners)
     rows = -(-len(corners) // columns)
-    figure = Figure(figsize=(WIDTH, 0.3 + rows * WIDTH / columns), layout="constrained")
-    grid, box, panels = figure.add_gridspec(rows, columns), bounds(corners), []
+    height = 0.7 + rows * (0.25 + WIDTH / columns * view.aspect(box))
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel in panels[len(captions):]:
+        panel.remove()
     for k, caption in enumerate(captions):
-        axes = space(figure, grid[k], box, view)
-        elements(axes, corners[k], array=density[k], norm=scale.norm, cmap=scale.cmap, line=0.1)
-        axes.set_title(caption, y=0.95)
-        panels.append(axes)
-    density_bar(figure, scale, density, panels, location="bottom", shrink=0.5, aspect=35)
+        space = Space(panels[k], view, box, ruled=False)
+        space.elements(corners[k:k + 1], array=density[k:k + 1], norm=scale.norm, cmap=scale.cmap,
+                       line=0.12)
+        panels[k].set_title(caption)
+    space.scale_bar()
+    density_bar(figure, scale, density, list(panels[:len(captions)]), location="bottom",
+                shrink=0.5, aspect=35)
     return figure
 
 
 def _nodal_loads(model):
     """The forces of a model, those with one function of time together."""
     found = {}
-    for load in model.loads:
+    for load in getattr(model, "loads", ()):
         if isinstance(load, NodalLoad):
             found.setdefault(load.history, []).append(load)
     return [Drawn("", [load.node for load in loads],
@@ -168,17 +186,23 @@ def _peak(history):
 
 
 def _arrows(model, load, loads):
-    """(n, 2, 3) tails and tips of the arrows of a load.
-
-    They touch their nodes from outside: with the tip where the force points to the middle of the
-    mesh, else with the tail.
-    """
+    """(n, 2, 3) tails and tips of the arrows of a load, which touch their nodes from that side
+    where they are farther from the mesh and its middle."""
     largest = max(np.linalg.norm(one.forces, axis=1).max() for one in loads)
     arrows = ARROW * model.size / (largest or 1.0) * load.forces
-    at = model.nodes[load.nodes]
-    inwards = np.einsum("ij,ij->i", arrows, at - model.nodes.mean(axis=0)) < -1e-9 * model.size**2
-    tails = at - inwards[:, None] * arrows
+    at, mesh = model.nodes[load.nodes], cKDTree(model.nodes)
+    before, after = (np.mean(mesh.query(ends)[0] + OUTWARD * np.linalg.norm(
+        ends - mesh.data.mean(axis=0), axis=1)) for ends in (at - arrows, at + arrows))
+    tails = at - arrows if before > after * (1.0 + 1e-9) else at
     return np.stack([tails, tails + arrows], axis=1)
+
+
+def _name_load(space, load, arrow, nodes):
+    """The load's name beyond that end of its middle arrow which is not at a node."""
+    at = nodes[load.nodes[len(load.nodes) // 2]]
+    free = arrow[np.argmax(np.linalg.norm(arrow - at, axis=1))]
+    way = space.view(free - at)
+    space.text(free, load.name, 8.0 * way / (np.linalg.norm(way) or 1.0), color=VERMILLION)
 
 
 def _draw_functions(axes, functions):

@@ -23,8 +23,8 @@ CURVES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.5))), (BLACK, (0, (1, 1))),
 
 MARKERS = "osD^v"
 
-COLOURS = "cividis"
-"""Colour map of element values: even in lightness, the same to colour-blind eyes."""
+COLOURS = "YlGnBu"
+"""Colour map of element values: from light to dark, the same to colour-blind eyes and in grey."""
 
 STYLE = {
     "font.family": "DejaVu Sans", "font.size": 8.0, "axes.labelsize": 8.0, "axes.titlesize": 8.5,
@@ -34,7 +34,7 @@ STYLE = {
     "lines.markersize": 4.5, "legend.frameon": False, "legend.handlelength": 3.0,
     "figure.dpi": 100.0, "savefig.dpi": 220.0, "svg.hashsalt": "corovec", "pdf.fonttype": 42,
     "text.usetex": False, "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True,
-    "path.simplify": True, "axes3d.automargin": False}
+    "path.simplify": True}
 
 WIDTH = 6.7
 """Inches: a text column of a page, 170 mm."""
