@@ -58,7 +58,7 @@ def _run(part, stamps):
     if part.kind == "run":
         begun = stamps.current(part) and part.result.exists()
         command += ("--resume",) if begun else ("--overwrite",)
-    stamps.write(part, "running")
+    stamps.write(part, "begun")
     _made(part.result.parent if part.kind != "time" else part.result.parent.parent)
     clock, began = time.perf_counter(), time.time()
     with open(stamps.log(part), "w", encoding="utf-8") as log:

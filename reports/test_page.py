@@ -185,7 +185,7 @@ def test_interrupted_run_goes_on(tmp_path):
                  output=path, case="l-plate", progress=stop)
     (tmp_path / "parts").mkdir()
     stamps = Stamps(tmp_path / "parts")
-    stamps.write(part, "running")
+    stamps.write(part, "begun")
     assert reproduce.run_parts([part], tmp_path, 1) == 0
     assert Recording.open(path).contents["step"] == 60
     assert stamps.finished(part)
