@@ -8,12 +8,15 @@ import base64
 import gzip
 
 import numpy as np
+from matplotlib.colors import to_hex
 
 from .space import density_scale
 
 MOST_FRAMES = 201
 STEPS = 65535
 COLOURS = 255
+STOPS = 11
+"""Colours of the figures' map that the player interpolates."""
 
 
 def player(recording, every=None):
@@ -23,8 +26,8 @@ def player(recording, every=None):
         recording: the run; every: frames taken, each n-th; default: at most ``MOST_FRAMES``.
 
     Returns:
-        dict: counts, times [s], energies [J], the centre's path [m], edges, the box that holds a
-        frame about its centre and the one that holds all, and the packed arrays.
+        dict: counts, times [s], energies [J], the centre's path [m], the map of colours, and the
+        packed arrays with what unpacks them.
     """
     every = every or -(-len(recording.times) // MOST_FRAMES)
     x = recording.positions()[::every]
@@ -32,7 +35,8 @@ def player(recording, every=None):
     low = (x - centre[:, None]).min(axis=(0, 1))
     size = float(np.ptp(x - centre[:, None], axis=(0, 1)).max())
     density = recording.energy_density[::every]
-    top = float(density_scale(density).norm.vmax)
+    scale = density_scale(density)
+    top = float(scale.norm.vmax)
     rows = recording.history[recording.frame_rows[::every]]
     scaled = (x - centre[:, None] - low) / size * STEPS
     return {
@@ -40,6 +44,7 @@ def player(recording, every=None):
         "times": _rounded(recording.times[::every]), "centre": _rounded(centre.T),
         "kinetic": _rounded(rows["kinetic_energy"]), "strain": _rounded(rows["strain_energy"]),
         "low": _rounded(low), "size": size, "steps": STEPS, "colours": COLOURS, "top": top,
+        "scale": [[stop, to_hex(scale.cmap(stop))] for stop in np.linspace(0.0, 1.0, STOPS)],
         "position": _packed(scaled.round().astype("<u2")),
         "density": _packed((np.clip(density / top, 0.0, 1.0) * COLOURS).round().astype("u1")),
         "quads": _packed(recording.quads.astype("<u2"))}

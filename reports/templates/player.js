@@ -103,11 +103,11 @@
     return [
       {type: "mesh3d", x: nodes[0], y: nodes[1], z: nodes[2], ...trianglesOf(d.quads),
         intensity: densityAt(d, 0), intensitymode: "cell", cmin: 0, cmax: d.top,
-        colorscale: "Cividis", flatshading: true, lighting: lit, hoverinfo: "skip",
+        colorscale: d.scale, flatshading: true, lighting: lit, hoverinfo: "skip",
         colorbar: {title: {text: "strain energy<br>density [J/m²]", font: {size: 11}},
           thickness: 10, len: 0.7, tickfont: {size: 10}, x: 1, xpad: 2}},
       {type: "scatter3d", mode: "lines", x: lines[0], y: lines[1], z: lines[2],
-        line: {color: "#b9c1cc", width: 1.5}, hoverinfo: "skip", showlegend: false}];
+        line: {color: "#4a4f57", width: 1}, hoverinfo: "skip", showlegend: false}];
   }
 
   async function start(root) {
