@@ -160,7 +160,8 @@ class Space:
             normal *= np.sign(normal @ (0.5 * (start + end) - centre)) / length
             self.axes.plot(*np.transpose([start, end]), color="0.2", linewidth=0.6, zorder=1,
                            clip_on=False)
-            labels = ScalarFormatter(useOffset=False)
+            labels = ScalarFormatter(useOffset=False, useMathText=False)
+            labels.set_scientific(False)
             labels.create_dummy_axis()
             places = np.repeat(ends[:1], len(ticks[along]), axis=0)
             places[:, along] = ticks[along]

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
 
 from reports import curves
 from reports.figures import (
@@ -122,14 +123,15 @@ def test_convergence_line_is_the_regression():
 
 
 def test_sequence_is_deformed_and_coloured_by_energy_over_area(recordings):
-    recording = recordings[0]
+    recording = recordings[1]
     figure, data = sequence(recording, (0.0, 0.61, 1.2))
     assert np.allclose(np.unique(data["time"]), (0.0, 0.6, 1.2))
     x = (recording.nodes + recording.displacement[[0, 6, 12]])[:, recording.quads]
     assert np.array_equal(data[["x", "y", "z"]].to_numpy().reshape(x.shape), x)
-    density = data["strain_energy_density"].to_numpy()[::4].reshape(3, 30)
-    # all elements are squares of 1 m
-    assert density == pytest.approx(recording.contents["strain_energy"][[0, 6, 12]], rel=1e-12)
+    density = data["strain_energy_density"].to_numpy()[::4].reshape(3, 120)
+    # all elements are squares of 0.5 m
+    assert density == pytest.approx(4.0 * recording.contents["strain_energy"][[0, 6, 12]],
+                                    rel=1e-12)
     panels = [axes for axes in figure.axes if axes.collections and axes.get_aspect() == 1.0]
     values = np.concatenate([polygons(axes).get_array() for axes in panels])
     assert sorted(values) == pytest.approx(sorted(density.ravel()))
@@ -215,8 +217,17 @@ def test_view_is_an_orthogonal_projection(angles):
     assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e5])
+def test_numbers_along_the_edges_are_metres(size):
+    """Small and large ones as well: no power of ten is taken out of them."""
+    box = size * np.array([np.zeros(3), np.ones(3)])
+    space = Space(Figure().add_subplot(), View(30.0, -60.0), box)
+    numbers = {float(text.get_text().replace("−", "-")) for text in space.axes.texts
+               if "[m]" not in text.get_text()}
+    assert max(numbers) == pytest.approx(size)
+
+
 def test_nearer_elements_cover_farther_ones():
-    from matplotlib.figure import Figure
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     near, far = square + [0.0, 0.0, 1.0], square
     view = View(60.0, -60.0)
@@ -236,7 +247,7 @@ def test_files_hold_the_data_and_are_the_same_every_time(recordings, tmp_path):
     assert first == second
     assert [path.suffix for path in written[0]] == [".svg", ".png", ".pdf", ".csv"]
     assert b"<svg" in first[0] and b"<image" not in first[0] and first[1][:4] == b"\x89PNG"
-    table = pd.read_csv(written[0][-1], float_precision="round_trip")
+    table = pd.read_csv(written[0][-1], dtype=str).astype(float)
     pd.testing.assert_frame_equal(table, data, check_exact=True)
 
 

@@ -89,7 +89,8 @@ def test_a_run_without_frames(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        simulate(cross_code_plate(1), Settings(dt=0.05, end_time=1.0), output=path, progress=stop)
+        simulate(cross_code_plate(1), Settings(dt=0.05, end_time=1.0, frame_every=5), output=path,
+                 progress=stop)
     for error in (refused(plot, path, "--output", tmp_path),
                   refused(animate, path, "-o", tmp_path / "a.gif")):
         assert isinstance(error, ResultFileError) and "start.h5 holds the start" in str(error)
