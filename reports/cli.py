@@ -56,7 +56,7 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
         for name, draw in bar:
             bar.set_postfix_str(name)
             for path in save(*draw(), folder, name, formats, overwrite):
-                click.echo(path)
+                tqdm.write(str(path), file=sys.stdout)
 
 
 @click.command()

@@ -15,7 +15,7 @@ from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
 MOST_ROWS = 20_000
 """Rows of a history that are drawn at most: beyond, every n-th one, evenly."""
 
-ENERGIES = (*CURVES[:2], (BLACK, "-"), (ORANGE, (0, (1, 2))))
+ENERGIES = (*CURVES[:2], (BLACK, "-"), (ORANGE, (0, (3, 4))))
 """Colour and line style of kinetic, strain and total energy and of the work, which is the total
 where the shell began at rest and is drawn over it."""
 

@@ -16,7 +16,7 @@ from solver.errors import InputError
 from solver.recorder import writable_path
 from solver.simulation import total_energy
 
-from .scenes import caption
+from .scenes import instant
 from .space import Space, View, best_view, bounds, density_bar, density_scale
 from .style import BLACK, BLUE, VERMILLION, styled, written
 
@@ -118,13 +118,13 @@ def _scene(recording, shown, scale, view, follow):
                               cmap=colours.cmap, line=0.25)
     density_bar(figure, colours, density, left, location="bottom", shrink=0.6, aspect=30)
     now = _energies(right, recording)
-    title = figure.suptitle(caption(recording, recording.times[shown[-1]]))
+    title = figure.suptitle(instant(recording, recording.times[shown[-1]]))
     canvas.draw()
     figure.set_layout_engine("none")
 
     def draw(k):
         space.move(polygons, corners[k:k + 1], density[k:k + 1])
-        title.set_text(caption(recording, recording.times[shown[k]]))
+        title.set_text(instant(recording, recording.times[shown[k]]))
         now.set_xdata([recording.times[shown[k]]] * 2)
 
     return figure, draw

@@ -45,7 +45,6 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
         InputError: a place without a node, or an interval longer than a run.
     """
     scale = number("scale", scale)
-    view = None if view is None else tuple(number("view", angle, "degrees") for angle in view)
     points = _points(recordings, at)
     for recording in recordings:
         for point in points.values():
@@ -92,11 +91,13 @@ def _points(recordings, at):
 
 
 def _times(recording, interval):
-    """Times of the frames of the motion, or None."""
+    """Times of the frames of the motion, all that are recorded at most; or None."""
     if interval is None:
         return None
     last = recording.times.max()
     if positive("interval", interval) > last:
         raise InputError(f"interval {interval:g} is longer than {recording.name}, which ends at "
                          f"{last:g}")
+    if last / interval > len(recording.times):
+        return recording.times
     return np.arange(0.0, last * (1.0 + 1e-9), interval)

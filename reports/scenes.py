@@ -107,7 +107,7 @@ def sequence(recording, times=None, scale=1.0, view=None):
     centres = corners.mean(axis=(1, 2))
     travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
     draw = _way if travels and len(frames) > 1 else _frames
-    captions = [caption(recording, time) for time in times]
+    captions = [instant(recording, time) for time in times]
     figure = draw(corners, density, density_scale(density), captions, view)
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
@@ -118,7 +118,7 @@ def sequence(recording, times=None, scale=1.0, view=None):
         "strain_energy_density": np.repeat(density.ravel(), 4)})
 
 
-def caption(recording, time):
+def instant(recording, time):
     """What is written beside a frame."""
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
@@ -129,9 +129,12 @@ def _way(corners, density, scale, captions, view):
     figure = Figure(figsize=(WIDTH, 0.5 + 0.75 * WIDTH * view.aspect(box)), layout="constrained")
     space = Space(figure.add_subplot(), view, box)
     space.elements(corners, array=density, norm=scale.norm, cmap=scale.cmap, line=0.2)
-    for frame, caption in zip(corners.reshape(len(corners), -1, 3), captions):
-        top = frame[np.argmax(view(frame)[:, 1])]
-        space.text(top, caption, (0.0, 5.0), size=7.0)
+    points = corners.reshape(len(corners), -1, 3)
+    for k, caption in enumerate(captions):
+        seen, others = view(points[k]), cKDTree(view(np.delete(points, k, axis=0)).reshape(-1, 2))
+        free = np.argmax(others.query(seen)[0])
+        way = seen[free] - seen.mean(axis=0)
+        space.text(points[k][free], caption, 9.0 * way / np.linalg.norm(way), size=7.0)
     density_bar(figure, scale, density, space.axes, shrink=0.7, aspect=25)
     return figure
 

@@ -12,6 +12,8 @@ from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from solver.checks import number
+
 from .style import COLOURS, VERMILLION
 
 ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
@@ -35,7 +37,7 @@ class View:
     """
 
     def __init__(self, elevation, azimuth):
-        e, a = np.radians((elevation, azimuth))
+        e, a = np.radians([number("view", angle, "degrees") for angle in (elevation, azimuth)])
         self.eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
         right = np.array([-np.sin(a), np.cos(a), 0.0])
         self.screen = np.array([right, np.cross(self.eye, right)])
@@ -51,12 +53,16 @@ class View:
 
 
 def best_view(corners):
-    """The :class:`View` in which elements (n, 4, 3) fill most of the picture."""
+    """The :class:`View` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
+    """
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.ptp(bounds(corners), axis=0)
-    views = [View(*angles) for angles in product(ELEVATIONS, AZIMUTHS)]
-    return max(views, key=lambda view: (np.abs(normal @ view.eye).sum()
-                                        / np.prod(np.abs(view.screen) @ size)))
+
+    def filled(view):
+        width, height = np.abs(view.screen) @ size
+        return np.abs(normal @ view.eye).sum() / (width * height) * min(1.0, width / height)
+
+    return max((View(*angles) for angles in product(ELEVATIONS, AZIMUTHS)), key=filled)
 
 
 def bounds(*points):
@@ -122,7 +128,7 @@ class Space:
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""
         (left, right), bottom = self.axes.get_xlim(), self.axes.get_ylim()[0]
-        length = MaxNLocator(3, steps=(1, 2, 5, 10)).tick_values(0.0, right - left)[1]
+        length = MaxNLocator(5, steps=(1, 2, 5, 10)).tick_values(0.0, right - left)[1]
         self.axes.plot((left, left + length), (bottom, bottom), color="0.2", linewidth=1.2,
                        solid_capstyle="butt", clip_on=False)
         self.axes.annotate(f"{length:g} m", (left + 0.5 * length, bottom), (0.0, -3.0), size=7.0,
@@ -154,7 +160,8 @@ class Space:
             normal *= np.sign(normal @ (0.5 * (start + end) - centre)) / length
             self.axes.plot(*np.transpose([start, end]), color="0.2", linewidth=0.6, zorder=1,
                            clip_on=False)
-            labels = ScalarFormatter(useOffset=False)
+            labels = ScalarFormatter(useOffset=False, useMathText=False)
+            labels.set_scientific(False)
             labels.create_dummy_axis()
             places = np.repeat(ends[:1], len(ticks[along]), axis=0)
             places[:, along] = ticks[along]
@@ -167,7 +174,7 @@ class Space:
         low, high = self.box[:, along]
         seen = np.linalg.norm(self.view.screen[:, along]) * (high - low)
         bins = max(1, round(7.0 * seen / np.ptp(self.axes.get_xlim())))
-        values = MaxNLocator(bins, steps=(1, 2, 5, 10)).tick_values(low, high)
+        values = MaxNLocator(bins, steps=(1, 2, 5, 10), min_n_ticks=1).tick_values(low, high)
         return values[(values >= low) & (values <= high)]
 
     def _edge(self, along, far):

@@ -7,6 +7,7 @@ has a line style of its own as well, so that a grey print can be read.
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
+from subprocess import CalledProcessError
 
 import matplotlib as mpl
 
@@ -98,3 +99,6 @@ def written(path):
         yield
     except OSError as error:
         raise ResultFileError(f"{path} cannot be written: {error.strerror or error}") from None
+    except CalledProcessError as error:
+        raise ResultFileError(f"{path} cannot be written: {Path(error.cmd[0]).name} failed with "
+                              f"status {error.returncode}") from None
