@@ -69,9 +69,9 @@ def as_run(item):
 
 
 @cache
-def code_version():
-    """Version of the package and a digest of the solver's sources: an edit makes new results."""
-    folder, digest = Path(solver.__file__).parent, hashlib.sha256()
+def code_version(package=solver):
+    """Version of corovec and a digest of a package's sources: an edit makes new results."""
+    folder, digest = Path(package.__file__).parent, hashlib.sha256()
     for source in sorted(folder.rglob("*.py")):
         digest.update(source.relative_to(folder).as_posix().encode() + source.read_bytes())
     return f"{metadata.version('corovec')}+{digest.hexdigest()[:16]}"

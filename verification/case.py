@@ -13,7 +13,11 @@ KINDS = {
     "converged": "our own result on a fine mesh or with small steps",
     "baseline": "what a wrong or weaker variant gives, to show that the check can tell",
 }
-OK = ("match", "within tolerance", "better", "deviates (explained)")
+OK = ("match", "within tolerance", "better", "calibrated", "deviates (explained)")
+
+FITTED = 1e-3
+"""Largest difference, relative, that still counts as the result of a calibration: it is made with
+one mesh and time step, and used with others."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Row:
         explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``
         covers: as long as |difference| is not larger than this.
         above: the value must be at least the reference (for baselines that must fail).
+        fitted: the value was calibrated to the reference, so that agreement proves nothing.
     """
 
     name: str
@@ -45,6 +50,7 @@ class Row:
     explanation: str = ""
     covers: float = np.inf
     above: bool = False
+    fitted: bool = False
 
     @property
     def difference(self):
@@ -54,7 +60,7 @@ class Row:
 
     @property
     def verdict(self):
-        """match, better, within tolerance, deviates (explained) or deviates (open)."""
+        """match, better, within tolerance, calibrated, deviates (explained) or (open)."""
         if not np.isfinite(self.value):
             return "deviates (open)"
         if self.above and self.value >= self.reference:
@@ -62,8 +68,11 @@ class Row:
         if self.target is not None and abs(self.value - self.target) < abs(
                 self.reference - self.target):
             return "better"
+        if self.fitted and abs(self.difference) <= FITTED:
+            return "calibrated"
         if not self.above and abs(self.difference) <= self.tolerance:
-            exact = self.kind == "analytic" and self.tolerance <= 1e-6
+            exact = (self.kind == "analytic" and self.tolerance <= 1e-6
+                     or self.value == self.reference)
             return "match" if exact else "within tolerance"
         explained = self.explanation and abs(self.difference) <= self.covers
         return "deviates (explained)" if explained else "deviates (open)"

@@ -1,0 +1,97 @@
+"""What the paper claims with its figures, of runs as they are recorded.
+
+The curves themselves are lost, and so are those of other authors; what the text says of a figure
+can be checked: that something stays constant, agrees between meshes, or swings equally far.
+"""
+
+import numpy as np
+
+from solver.cases import load_case
+from solver.simulation import drift
+from verification.case import Row, at_least, small
+
+from .study import printed_results
+from .verdicts import ROUNDING
+
+LINE = 1e-3
+"""Change that a curve of a figure does not show: about a line's width over the figure's height."""
+
+ANGULAR = 1e-6
+"""Angular momentum, relative: second order in dt, far below what a figure shows."""
+
+OSCILLATES = 1e-4
+"""Angular momentum as printed, relative, must change at least so much to count as oscillating."""
+
+MESHES = 0.05
+"""Largest distance between a point's paths on two meshes, relative to the path's size."""
+
+
+def claims(case, runs):
+    """``{figure: rows}`` of a case.
+
+    Args:
+        case: its name; runs: ``{elements: contents}`` of :func:`solver.read`.
+    """
+    finest = runs[max(runs)]
+    energy, linear, angular, printed = _conserved(finest)
+    if case == "l-plate":
+        return {"Figure 3": [energy, linear, angular], "Figure 4": _paths(case, runs, "S"),
+                "Figure 6": [energy]}
+    if case == "ruler":
+        return {"Figure 8": [energy, linear, angular], "Figure 9": [energy]}
+    if case == "hemisphere":
+        return {"Figure 11": [energy], "Figure 13": [energy]}
+    return {"Figure 15": [energy], "Figure 16a": [linear], "Figure 16b": [angular, printed],
+            "Figure 17": [energy]}
+
+
+def mesh_claims(case):
+    """Rows of the numbers of elements and nodes that the paper prints for a case."""
+    definition, printed = load_case(case), printed_results(case)
+    nodes = printed.get("nodes", {})
+    for elements in printed["elements"]:
+        if elements in definition.sizes:
+            points, quads, _ = definition.mesh(elements)
+            yield _count(f"{elements} elements: elements", len(quads), elements)
+            if str(elements) in nodes:
+                yield _count(f"{elements} elements: nodes", len(points), int(nodes[str(elements)]))
+
+
+def _count(name, value, printed):
+    return Row(name, float(value), float(printed), "published", 0.0, "a count")
+
+
+def _conserved(contents):
+    """Rows of energy and momenta since unloading, and of the angular momentum as printed."""
+    description, history = contents["description"], contents["history"]
+    changes = drift(history, description["unloaded_at"], description["supported"])
+    when = (f"{description['elements']} elements, {description['unloaded_at']:g} to "
+            f"{history['time'][-1]:g} s, dt = {description['settings']['dt']:g} s")
+    return (small(f"energy drift, {when}", changes.energy, LINE, "a line's width in a figure"),
+            small(f"linear momentum drift, {when}", changes.linear_momentum, ROUNDING, "rounding"),
+            small(f"angular momentum drift, {when}", changes.angular_momentum, ANGULAR,
+                  "of second order in dt"),
+            at_least(f"angular momentum as printed (one sum over nodes): change, {when}",
+                     changes.angular_momentum_printed, OSCILLATES,
+                     "its oscillation, which the paper sees, is of the formula"))
+
+
+def _paths(case, runs, point):
+    """Rows of the distance between a point's paths on the meshes and on the finest."""
+    finest = max(runs)
+    reference = _path(case, runs[finest], point)
+    size = np.linalg.norm(reference, axis=1).max()
+    for elements in sorted(runs)[:-1]:
+        path = _path(case, runs[elements], point)
+        apart = np.linalg.norm(path - reference, axis=1).max() / size
+        yield Row(f"{point}, {elements} elements: farthest from {finest} elements, relative to the "
+                  "path", apart, 0.0, "converged", MESHES, "what a figure shows as agreement",
+                  scale=1.0, explanation="energies that differ by the mesh make phases that differ "
+                  "by ever more")
+
+
+def _path(case, contents, point):
+    """Displacements of a point of a case in all frames (n, 3) [m]."""
+    place = np.array(load_case(case).points[point].value)
+    node = np.argmin(np.linalg.norm(contents["nodes"] - place, axis=1))
+    return contents["displacement"][:, node]

@@ -1,0 +1,140 @@
+"""Commands ``corovec plot``, ``corovec animate`` and ``corovec reproduce``."""
+
+import sys
+from pathlib import Path
+
+import click
+
+VIEW = click.option("--view", nargs=2, type=float, metavar="ELEVATION AZIMUTH",
+                    help="Where to look from [degrees].  Default: where most is seen.")
+SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
+                     help="Factor of the displacements.")
+
+
+@click.command()
+@click.argument("files", metavar="FILE...", nargs=-1, required=True,
+                type=click.Path(dir_okay=False))
+@click.option("--output", type=click.Path(file_okay=False), default="figures", show_default=True,
+              help="Folder of the figures and their data, made if needed.")
+@click.option("--format", "formats", multiple=True, default=("svg",), show_default=True,
+              help="svg, pdf or png; may be given several times.")
+@click.option("--at", nargs=3, type=float, multiple=True, metavar="X Y Z",
+              help="Initial place of a node whose displacement is drawn [m]; may be given several "
+                   "times.  Default: the points of the case, or the node that moves farthest.")
+@click.option("--interval", type=float,
+              help="Time [s] (in statics, load factor) between frames of the motion.  Default: 8 "
+                   "frames.")
+@SCALE
+@VIEW
+@click.option("--overwrite", is_flag=True, help="Replace figures that exist.")
+def plot(files, output, formats, at, interval, scale, view, overwrite):
+    """Figures of result FILES, of runs or static paths, finished or not, each with its data as CSV.
+
+    Mesh and loads, energies, momenta and the motion for each FILE; displacements and, of several
+    FILES of one case, total energies for all together.
+
+    \b
+    Examples:
+      corovec plot run.h5
+      corovec plot l30.h5 l120.h5 --output figures --format svg --format png
+      corovec plot shell.h5 --at 2 1 0.05 --interval 0.25 --overwrite
+    """
+    from tqdm import tqdm
+
+    from convergence.store import writable_folder
+    from solver.recorder import writable_path
+
+    from .gallery import gallery, open_together
+    from .style import save, targets
+    recordings = open_together(files)
+    figures = gallery(recordings, at, interval, scale, view)
+    paths = {name: targets(output, name, formats) for name in figures}
+    folder = writable_folder(output)
+    for path in sum(paths.values(), []):
+        writable_path(path, overwrite)
+    with tqdm(figures.items(), unit="figure", disable=None, file=sys.stderr, leave=False) as bar:
+        for name, draw in bar:
+            bar.set_postfix_str(name)
+            for path in save(*draw(), folder, name, formats, overwrite):
+                tqdm.write(str(path), file=sys.stdout)
+
+
+@click.command()
+@click.argument("file", type=click.Path(dir_okay=False))
+@click.option("-o", "--output", required=True, type=click.Path(dir_okay=False),
+              help="The film, by its ending a .gif, an .mp4 (needs ffmpeg, or the extra [mp4]) or "
+                   "an .html page.")
+@click.option("--fps", type=float, default=25.0, show_default=True, help="Frames a second.")
+@click.option("--frames", type=int,
+              help="How many of the recorded frames to show.  Default: all.")
+@click.option("--follow", is_flag=True, help="Keep the shell in the middle of the picture.")
+@SCALE
+@VIEW
+@click.option("--overwrite", is_flag=True, help="Replace the film if it exists.")
+def animate(file, output, fps, frames, follow, scale, view, overwrite):
+    """A film of a result FILE: the shell in motion, coloured by strain energy, and its energies.
+
+    \b
+    Examples:
+      corovec animate run.h5 -o motion.gif
+      corovec animate run.h5 -o motion.mp4 --fps 30 --follow
+      corovec animate run.h5 -o motion.html --frames 50 --view 30 -60
+    """
+    from tqdm import tqdm
+
+    from .film import animate as film
+    from .recording import Recording
+    recording = Recording.open(file)
+    with tqdm(unit="frame", disable=None, file=sys.stderr, leave=False) as bar:
+
+        def progress(k, n):
+            bar.total = n
+            bar.update(k - bar.n)
+
+        click.echo(film(recording, output, fps=fps, frames=frames, scale=scale, view=view,
+                        follow=follow, overwrite=overwrite, progress=progress))
+
+
+@click.command()
+@click.argument("names", metavar="[PART]...", nargs=-1)
+@click.option("--size", default="quick", show_default=True,
+              help="quick (minutes) or full (all meshes, the paper's simulated times: hours).")
+@click.option("--jobs", type=int, help="Parts at a time.  Default: one a usable core.")
+@click.option("--output", type=click.Path(file_okay=False), default="results/reproduce",
+              show_default=True, help="Folder of all results; the page is SIZE/page/index.html.")
+@click.option("--list", "list_only", is_flag=True, help="Show the parts and how they ended.")
+@click.option("--page-only", is_flag=True, help="Run nothing; make the page of what is there.")
+def reproduce(names, size, jobs, output, list_only, page_only):
+    """Rerun every claim of the paper, and make one page of tables, figures and verdicts.
+
+    Every PART (default: all of the size) is a corovec command of its own: timings, runs behind the
+    figures, convergence studies, verification suites.  Finished parts are kept and not run again,
+    interrupted runs go on, a part that fails is a row of the page.  Exit status 1 if one failed.
+
+    \b
+    Examples:
+      corovec reproduce
+      corovec reproduce --size full
+      corovec reproduce time-table-2 verify
+    """
+    from convergence.store import writable_folder
+    from solver import InputError
+
+    from .page import build
+    from .parts import Stamps, parts, select, status
+    from .reproduce import run_parts
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs must be at least 1, is {jobs}")
+    chosen = select(parts(size, Path(output).resolve() / size), names)
+    folder = writable_folder(Path(output) / size)
+    if list_only:
+        stamps = Stamps(folder / "parts")
+        for part in parts(size, folder):
+            click.echo(f"{part.name:<24} {status(part, stamps):<26} {part.shown()}")
+        return
+    failed = 0 if page_only else run_parts(chosen, folder, jobs, click.echo)
+    page = build(size, folder)
+    click.echo(f"{page} ({page.stat().st_size / 1e6:.1f} MB)")
+    if failed:
+        click.echo(f"{failed} of {len(chosen)} parts failed; their logs are in {folder / 'parts'}")
+        sys.exit(1)

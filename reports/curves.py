@@ -1,0 +1,256 @@
+"""Figures of histories: energies, momenta, displacements over time, convergence."""
+
+from itertools import cycle
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from solver.errors import InputError
+from solver.simulation import total_energy
+
+from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
+
+MOST_ROWS = 20_000
+"""Rows of a history that are drawn at most: beyond, every n-th one, evenly."""
+
+ENERGIES = (*CURVES[:2], (BLACK, "-"), (ORANGE, (0, (3, 4))))
+"""Colour and line style of kinetic, strain and total energy and of the work, which is the total
+where the shell began at rest and is drawn over it."""
+
+ROUNDING = 1e-9
+"""Half the least range of a momentum's axis, relative to the momentum's scale: what is smaller is
+rounding and is seen as the zero it is."""
+
+
+class Curve(NamedTuple):
+    """Errors of a sequence of meshes, and the slope of their regression against sqrt(elements)."""
+
+    name: str
+    elements: tuple
+    errors: tuple
+    slope: float
+
+
+@styled
+def energies(history, unloaded_at=np.inf, end=None):
+    """Kinetic, strain and total energy and the work of the loads over time.
+
+    Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.
+
+    Args:
+        history: of a :class:`solver.Result` or :func:`solver.read`.
+        unloaded_at: time from which no load acts [s]; the time before is shaded.
+        end: last time that is drawn [s]; default: all.
+
+    Returns:
+        (Figure, DataFrame): columns time, kinetic_energy, strain_energy, total_energy,
+        external_work; in statics factor, strain_energy.
+    """
+    figure = Figure(figsize=(WIDTH, 0.45 * WIDTH), layout="constrained")
+    axes = figure.add_subplot()
+    if "factor" in history.dtype.names:
+        data = pd.DataFrame({name: history[name] for name in ("factor", "strain_energy")})
+        axes.plot(data["factor"], data["strain_energy"], color=BLUE, marker="o", markersize=3.0)
+        axes.set(xlabel="load factor", ylabel="strain energy [J]")
+        return figure, data
+    rows = _rows(history, end)
+    data = pd.DataFrame({
+        "time": rows["time"], "kinetic_energy": rows["kinetic_energy"],
+        "strain_energy": rows["strain_energy"], "total_energy": total_energy(rows),
+        "external_work": rows["external_work"]})
+    for column, (colour, dashes) in zip(data.columns[1:], ENERGIES):
+        axes.plot(data["time"], data[column], color=colour, linestyle=dashes,
+                  label=column.replace("_", " "))
+    _over_time(axes, data["time"], unloaded_at)
+    axes.set_ylabel("energy [J]")
+    _legend(figure)
+    return figure, data
+
+
+@styled
+def total_energies(recordings):
+    """Total energy over time, mesh by mesh (Fig. 3d).
+
+    Returns:
+        (Figure, DataFrame): columns run, elements, time, total_energy.
+    """
+    figure = Figure(figsize=(WIDTH, 0.45 * WIDTH), layout="constrained")
+    axes, tables = figure.add_subplot(), []
+    for recording, label, (colour, dashes) in zip(recordings, _labels(recordings), cycle(CURVES)):
+        rows = _rows(recording.history, None)
+        axes.plot(rows["time"], total_energy(rows), color=colour, linestyle=dashes, label=label)
+        tables.append(pd.DataFrame({"run": recording.name, "elements": recording.elements,
+                                    "time": rows["time"], "total_energy": total_energy(rows)}))
+    data = pd.concat(tables, ignore_index=True)
+    _over_time(axes, data["time"], recordings[0].unloaded_at)
+    axes.set_ylabel("total energy [J]")
+    _legend(figure)
+    return figure, data
+
+
+@styled
+def momenta(history, unloaded_at=np.inf, end=None):
+    """Linear and angular momentum about the origin over time, the latter by both definitions.
+
+    Figs. 3b, 3c, 8, 16.  Angular momentum of the consistent mass, sum m_ij x_i x v_j, and as
+    Eq. (50) prints it, with a single sum; the lowest panel shows their difference.
+
+    Args: as of :func:`energies`.
+
+    Returns:
+        (Figure, DataFrame): column time, and for each momentum its components, as
+        linear_momentum_x.
+
+    Raises:
+        InputError: the history of a static path.
+    """
+    if "factor" in history.dtype.names:
+        raise InputError("a static path has no momenta")
+    rows = _rows(history, end)
+    names = ("linear_momentum", "angular_momentum", "angular_momentum_printed")
+    data = pd.DataFrame({"time": rows["time"],
+                         **{f"{name}_{c}": rows[name][:, k] for name in names
+                            for k, c in enumerate("xyz")}})
+    figure = Figure(figsize=(WIDTH, 0.95 * WIDTH), layout="constrained")
+    upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.7))
+    time = data["time"]
+    for k, (colour, dashes) in enumerate(CURVES[:3]):
+        consistent, printed = (rows[name][:, k] for name in names[1:])
+        label = "XYZ"[k]
+        upper.plot(time, rows[names[0]][:, k], color=colour, linestyle=dashes, label=label)
+        middle.plot(time, consistent, color=colour, linestyle=dashes)
+        middle.plot(time, printed, color=colour, linestyle=dashes, linewidth=0.5)
+        lower.plot(time, printed - consistent, color=colour, linestyle=dashes, linewidth=0.9)
+    for axes, scale in ((upper, "momentum_scale"), (middle, "angular_scale"),
+                        (lower, "angular_scale")):
+        _over_time(axes, time, unloaded_at)
+        _at_least(axes, ROUNDING * history[scale].max())
+    for axes in (upper, middle):
+        axes.set_xlabel("")
+    upper.set_ylabel("linear momentum\n[kg m/s]")
+    middle.set_ylabel("angular momentum\n[kg m²/s]")
+    lower.set_ylabel("as printed −\nconsistent [kg m²/s]")
+    middle.set_title("thick: consistent mass, thin: as printed, Eq. (50)", loc="right", size=7.5)
+    _legend(figure)
+    return figure, data
+
+
+@styled
+def displacements(recordings, points, components=None):
+    """Displacements of points over time, run by run (Figs. 4, 12).
+
+    Args:
+        recordings: of one shell, on several meshes or of several settings.
+        points: ``{name: (x, y, z)}``, initial places of nodes that all meshes have [m].
+        components: ``{name: "xyz"}``, which components to draw; default: all.
+
+    Returns:
+        (Figure, DataFrame): columns run, elements, time (in statics factor), point, component,
+        displacement.
+
+    Raises:
+        InputError: a mesh without a node at a point, or runs beside static paths.
+    """
+    static = recordings[0].static
+    if any(recording.static != static for recording in recordings):
+        raise InputError("a run and a static path cannot share a figure")
+    across = "factor" if static else "time"
+    panels = [(name, c) for name in points for c in (components or {}).get(name, "xyz").lower()]
+    data = pd.concat([pd.DataFrame({
+        "run": recording.name, "elements": recording.elements, across: recording.times,
+        "point": name, "component": c,
+        "displacement": recording.at(points[name])[:, "xyz".index(c)]})
+        for name, c in panels for recording in recordings], ignore_index=True)
+    figure = Figure(figsize=(WIDTH, 0.3 + 1.45 * len(panels)), layout="constrained")
+    column = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    drawn = data.groupby(["point", "component", "run"], sort=False)
+    labels = _labels(recordings)
+    for axes, (name, c) in zip(column, panels):
+        for recording, label, (colour, dashes) in zip(recordings, labels, cycle(CURVES)):
+            rows = drawn.get_group((name, c, recording.name))
+            axes.plot(rows[across], rows["displacement"], color=colour, linestyle=dashes,
+                      label=label)
+        _over_time(axes, data[across], recordings[0].unloaded_at)
+        axes.set_xlabel("")
+        axes.set_ylabel(f"{c.upper()} displacement\nof {name} [m]")
+    column[-1].set_xlabel("load factor" if static else "time [s]")
+    _legend(figure)
+    return figure, data
+
+
+@styled
+def convergence(curves):
+    """Errors against the elements along an edge on logarithmic axes, with their slopes (Fig. 5).
+
+    Each line has its regression's slope and passes through the means of the logarithms, where
+    least squares put it.  Errors that are not positive (the reference mesh itself) have no place.
+
+    Args:
+        curves: :class:`Curve` s.
+
+    Returns:
+        (Figure, DataFrame): columns curve, elements, error, fit (of the line).
+    """
+    figure = Figure(figsize=(0.62 * WIDTH, 0.5 * WIDTH), layout="constrained")
+    axes, tables = figure.add_subplot(xscale="log", yscale="log"), []
+    for curve, marker, (colour, dashes) in zip(curves, MARKERS, cycle(CURVES)):
+        n, errors = np.asarray(curve.elements, dtype=float), np.asarray(curve.errors, dtype=float)
+        n, errors = n[errors > 0.0], errors[errors > 0.0]
+        edge = np.log(np.sqrt(n))
+        fit = np.exp(np.log(errors).mean() + curve.slope * (edge - edge.mean()))
+        axes.plot(np.exp(edge), errors, marker, color=colour, label=curve.name,
+                  fillstyle="full" if marker == "o" else "none")
+        axes.plot(np.exp(edge), fit, color=colour, linestyle=dashes, linewidth=0.9,
+                  label=f"slope {curve.slope:.2f}")
+        tables.append(pd.DataFrame({"curve": curve.name, "elements": n.astype(int),
+                                    "error": errors, "fit": fit}))
+    data = pd.concat(tables, ignore_index=True)
+    meshes = np.unique(data["elements"])
+    axes.set_xticks(np.sqrt(meshes), [str(n) for n in meshes])
+    axes.minorticks_off()
+    axes.set(xlabel="elements (spaced by their root)", ylabel="relative error of the energy")
+    axes.legend()
+    return figure, data
+
+
+def _rows(history, end):
+    """The rows that are drawn: until ``end``, at most about ``MOST_ROWS``, the last one always."""
+    if end is not None:
+        if not history["time"][0] < end <= history["time"][-1] * (1.0 + 1e-9):
+            raise InputError(f"end {end:g} s is not within the history, which ends at "
+                             f"{history['time'][-1]:g} s")
+        history = history[history["time"] <= end * (1.0 + 1e-9)]
+    every = -(-len(history) // MOST_ROWS)
+    last = len(history) - 1
+    return history[np.append(np.arange(0, last, every), last)]
+
+
+def _labels(recordings):
+    """Names of the curves of several runs: their meshes, or the runs where meshes are the same."""
+    sizes = [recording.elements for recording in recordings]
+    return [f"{size} elements" if len(set(sizes)) == len(sizes) else recording.name
+            for size, recording in zip(sizes, recordings)]
+
+
+def _over_time(axes, time, unloaded_at):
+    """The axis of time, with the time under load shaded."""
+    first, last = time.min(), time.max()
+    axes.set(xlim=(first, last), xlabel="time [s]")
+    if unloaded_at > first and np.isfinite(unloaded_at):
+        axes.axvspan(first, min(unloaded_at, last), color="0.93", linewidth=0.0, zorder=0,
+                     label="loaded")
+
+
+def _at_least(axes, half):
+    """Give the vertical axis a range of ``half`` at least on either side of its middle."""
+    low, high = axes.get_ylim()
+    if high - low < 2.0 * half:
+        axes.set_ylim(0.5 * (low + high) - half, 0.5 * (low + high) + half)
+
+
+def _legend(figure):
+    """One legend above all panels, from the first one."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))

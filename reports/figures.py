@@ -1,0 +1,18 @@
+"""Figures of runs: each function returns a matplotlib ``Figure`` and a tidy table of its data.
+
+The table holds exactly what is drawn, in SI units, one observation a row; :func:`save` writes both.
+"""
+
+from .curves import (
+    Curve,
+    convergence,
+    displacements,
+    energies,
+    momenta,
+    total_energies,
+)
+from .scenes import mesh_and_loads, sequence
+from .style import save
+
+__all__ = ["Curve", "convergence", "displacements", "energies", "mesh_and_loads", "momenta",
+           "save", "sequence", "total_energies"]

@@ -1,0 +1,148 @@
+"""Films of runs: the shell in motion, coloured by strain energy density, beside its energies."""
+
+import os
+import shutil
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.animation import FFMpegWriter, FuncAnimation, HTMLWriter, PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from solver.checks import integer, number, positive
+from solver.errors import InputError
+from solver.recorder import writable_path
+from solver.simulation import total_energy
+
+from .scenes import instant
+from .space import Space, View, best_view, bounds, density_bar, density_scale
+from .style import BLACK, BLUE, VERMILLION, styled, written
+
+FORMATS = (".gif", ".mp4", ".html")
+
+SIZE, DOTS = (8.0, 4.5), 100
+"""Inches, and dots an inch: even numbers of dots, which MP4 needs."""
+
+FASTEST_GIF = 50.0
+"""Frames a second beyond which browsers slow a GIF down."""
+
+
+@styled
+def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, follow=False,
+            overwrite=False, progress=None):
+    """Write a film of ``recording`` to ``path``, by its ending a GIF, an MP4 or a page (HTML).
+
+    Args:
+        recording: :class:`Recording`.
+        fps: frames a second.
+        frames: number of recorded frames that are shown, evenly spaced; default: all.
+        scale: factor of the displacements.
+        view: (elevation, azimuth) [degrees]; default: where most is seen.
+        follow: keep the middle of the shell in the middle of the picture.
+        overwrite: replace ``path`` if it exists.
+        progress: called after every frame with (number, frames of the film).
+
+    Returns:
+        Path of the film.
+
+    Raises:
+        InputError: a wrong parameter, or no ffmpeg for an MP4.
+        ResultFileError: ``path`` exists and is not to be overwritten, or cannot be written.
+    """
+    kind = _kind(path)
+    path = writable_path(path, overwrite)
+    fps, scale = positive("fps", fps), number("scale", scale)
+    if kind == ".gif" and fps > FASTEST_GIF:
+        raise InputError(f"fps must be {FASTEST_GIF:g} at most in a GIF, is {fps:g}")
+    shown = np.arange(len(recording.times))
+    if frames is not None:
+        if integer("frames", frames) < 2:
+            raise InputError(f"frames must be 2 at least, is {frames}")
+        shown = np.unique(np.linspace(0, shown[-1], min(frames, len(shown))).round().astype(int))
+    writer = _writer(kind, fps)
+    figure, draw = _scene(recording, shown, scale, view, follow)
+    with written(path), TemporaryDirectory(prefix=path.name[:100], dir=path.parent) as folder:
+        partial = Path(folder) / f"film{kind}"
+        FuncAnimation(figure, draw, len(shown), init_func=lambda: None).save(
+            partial, writer=writer, dpi=DOTS,
+            progress_callback=None if progress is None else lambda k, n: progress(k + 1, n))
+        os.replace(partial, path)
+    return path
+
+
+def _kind(path):
+    kind = Path(path).suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"{path}: the ending of a film must be one of: {', '.join(FORMATS)}")
+    return kind
+
+
+def _writer(kind, fps):
+    if kind == ".gif":
+        return PillowWriter(fps=fps)
+    if kind == ".html":
+        return HTMLWriter(fps=fps, embed_frames=True, embed_limit=np.inf)
+    rcParams["animation.ffmpeg_path"] = _ffmpeg()
+    return FFMpegWriter(fps=fps, codec="libx264")
+
+
+def _ffmpeg():
+    """The program ffmpeg, of the system or of the package imageio-ffmpeg."""
+    if found := shutil.which("ffmpeg"):
+        return found
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+        return get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise InputError("an MP4 needs ffmpeg: install it, or pip install 'corovec[mp4]', or write "
+                         "a .gif or .html") from None
+
+
+def _scene(recording, shown, scale, view, follow):
+    """The figure, and the function that draws frame k of ``shown`` into it."""
+    positions = recording.positions(scale)[shown]
+    if follow:
+        positions = positions - positions.mean(axis=1, keepdims=True)
+    corners, density = positions[:, recording.quads], recording.energy_density[shown]
+    view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
+    figure = Figure(figsize=SIZE, dpi=DOTS, layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(2.6, 1.0))
+    space = Space(left, view, bounds(positions), ruled=not follow)
+    if follow:
+        space.scale_bar()
+    colours = density_scale(density)
+    polygons = space.elements(corners[:1], array=density[:1], norm=colours.norm,
+                              cmap=colours.cmap, line=0.25)
+    density_bar(figure, colours, density, left, location="bottom", shrink=0.6, aspect=30)
+    now = _energies(right, recording)
+    title = figure.suptitle(instant(recording, recording.times[shown[-1]]))
+    canvas.draw()
+    figure.set_layout_engine("none")
+
+    def draw(k):
+        space.move(polygons, corners[k:k + 1], density[k:k + 1])
+        title.set_text(instant(recording, recording.times[shown[k]]))
+        now.set_xdata([recording.times[shown[k]]] * 2)
+
+    return figure, draw
+
+
+def _energies(axes, recording):
+    """Energies over time, or over the load factor; returns the line that marks the instant."""
+    history = recording.history
+    if recording.static:
+        axes.plot(history["factor"], history["strain_energy"], color=VERMILLION)
+        axes.set(xlabel="load factor", ylabel="strain energy [J]")
+    else:
+        for values, name, colour, dashes in (
+                (total_energy(history), "total", BLACK, "-"),
+                (history["kinetic_energy"], "kinetic", BLUE, "-"),
+                (history["strain_energy"], "strain", VERMILLION, (0, (5, 1.5)))):
+            axes.plot(history["time"], values, color=colour, linestyle=dashes, label=name)
+        axes.set(xlabel="time [s]", ylabel="energy [J]")
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, handlelength=1.5,
+                    columnspacing=0.8)
+    return axes.axvline(recording.times[0], color="0.4", linewidth=0.9)

@@ -1,0 +1,201 @@
+"""The parts of a reproduction: one ``corovec`` command each, its result, and how it ended."""
+
+import json
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import convergence
+import timing
+import verification
+from convergence.run import code_version
+from solver import InputError
+from solver.cases import case_names
+from timing.report import NAMES as TIMINGS
+from verification.registry import CASES
+
+PLAN = Path(__file__).with_name("plan.toml")
+
+SIZES = ("quick", "full")
+
+LEFT_OUT = {"quick": ("verify-mutants", "time-growth")}
+"""Parts that a size does not run: they alone would take as long as all the others."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One command and its result.
+
+    Attributes:
+        name: names its stamp and its log; kind: ``verify``, ``converge``, ``time`` or ``run``.
+        command: arguments of ``corovec``; result: the file that it writes.
+        packages: whose sources, beside the solver's, the result depends on.
+        left_out: whether this size leaves it out.
+    """
+
+    name: str
+    kind: str
+    command: tuple
+    result: Path
+    packages: tuple
+    left_out: bool = False
+
+    @property
+    def alone(self):
+        """Timings share the machine with nothing else."""
+        return self.kind == "time"
+
+    @property
+    def judged(self):
+        """Exit status 1 of these says that a number deviates, and the result is whole."""
+        return self.kind in ("verify", "converge")
+
+    @property
+    def code(self):
+        """Versions of the sources that the result depends on."""
+        return [code_version(), *(code_version(package) for package in self.packages)]
+
+    def shown(self):
+        """The command as one types it, without where its files go."""
+        words = list(self.command)
+        for option in ("--output", "--jobs", "--frame-every"):
+            if option in words:
+                k = words.index(option)
+                del words[k:k + 2]
+        return "corovec " + " ".join(word for word in words if word != "--overwrite")
+
+
+def parts(size, folder):
+    """All :class:`Part` s of a size, the timings first; results go into ``folder``.
+
+    Raises:
+        InputError: unknown size.
+    """
+    if size not in SIZES:
+        raise InputError(f"size '{size}' is unknown, must be one of: {', '.join(SIZES)}")
+    return [*_timings(size, folder), *_runs(size, folder), *_studies(size, folder),
+            *_suites(size, folder)]
+
+
+@cache
+def plan(size):
+    """``{case: runs}`` behind the figures (``plan.toml``)."""
+    with open(PLAN, "rb") as file:
+        return tomllib.load(file)[size]
+
+
+def select(everything, names):
+    """The parts called ``names``, or of such a kind; all without names.
+
+    Raises:
+        InputError: a name that no part has.
+    """
+    known = {part.name for part in everything} | {part.kind for part in everything}
+    for name in names:
+        if name not in known:
+            raise InputError(f"part '{name}' is unknown, must be one of: "
+                             f"{', '.join(part.name for part in everything)}")
+    return [part for part in everything
+            if part.name in names or part.kind in names or not names and not part.left_out]
+
+
+class Stamps:
+    """How parts ended, one JSON file a part in ``folder``."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def read(self, part):
+        """The stamp of a part; None if it never began."""
+        path = self._path(part)
+        return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+    def write(self, part, status, seconds=None, message=""):
+        stamp = {"part": part.name, "command": list(part.command), "code": part.code,
+                 "status": status, "seconds": seconds, "message": message}
+        self._path(part).write_text(json.dumps(stamp, indent=1), encoding="utf-8")
+
+    def log(self, part):
+        """The file of what a part printed."""
+        return self.folder / f"{part.name}.log"
+
+    def current(self, part):
+        """The stamp of a part if it is of this command and these sources, else None."""
+        stamp = self.read(part)
+        same = stamp and (stamp["command"], stamp["code"]) == (list(part.command), part.code)
+        return stamp if same else None
+
+    def finished(self, part):
+        """Whether the part need not be run again."""
+        stamp = self.current(part)
+        return bool(stamp) and stamp["status"] == "finished" and part.result.exists()
+
+    def _path(self, part):
+        return self.folder / f"{part.name}.json"
+
+
+def status(part, stamps):
+    """How a part stands, in words."""
+    stamp = stamps.read(part)
+    if stamp is None:
+        return "left out" if part.left_out else "not run"
+    return stamp["status"] if stamps.current(part) else f"{stamp['status']}, earlier sources"
+
+
+def _timings(size, folder):
+    for name in TIMINGS:
+        own = folder / "timing" / name
+        yield Part(f"time-{name}", "time",
+                   ("time", name, "--size", size, "--output", str(own), "--overwrite"),
+                   own / "timing.json", (timing,), f"time-{name}" in LEFT_OUT.get(size, ()))
+
+
+def _runs(size, folder):
+    for case, runs in plan(size).items():
+        for run in sorted(runs, key=lambda run: -run["elements"]):
+            path = run_file(folder, case, run["elements"])
+            options = [word for name in ("elements", "dt", "end_time", "frame_every")
+                       for word in (f"--{name.replace('_', '-')}", f"{run[name]:g}")]
+            yield Part(f"run-{case}-{run['elements']}", "run",
+                       ("run", case, *options, "--output", str(path)), path, ())
+
+
+def _studies(size, folder):
+    for case in case_names():
+        yield Part(f"converge-{case}", "converge",
+                   ("converge", case, "--size", size, "--jobs", "1", "--output",
+                    str(folder / "convergence")), study_file(folder, case, size), (convergence,))
+
+
+def _suites(size, folder):
+    for suite in suite_names():
+        path = suite_file(folder, suite)
+        yield Part(f"verify-{suite}", "verify",
+                   ("verify", suite, "--output", str(path), "--overwrite"), path, (verification,),
+                   f"verify-{suite}" in LEFT_OUT.get(size, ()))
+
+
+def suite_names():
+    """Names of the verification suites."""
+    return tuple(dict.fromkeys(case.suite for case in CASES))
+
+
+def run_file(folder, case, elements):
+    """Result file of a run behind the figures."""
+    return folder / "runs" / f"{case}-{elements}.h5"
+
+
+def study_file(folder, case, size):
+    """Tables of a convergence study, as ``corovec converge`` writes them."""
+    return folder / "convergence" / case / size / "study.json"
+
+
+def suite_file(folder, suite):
+    """Verdicts of a verification suite."""
+    return folder / "verification" / f"{suite}.json"
+
+
+def timing_file(folder, name):
+    """Tables of a timing study, as ``corovec time`` writes them."""
+    return folder / "timing" / name / "timing.json"

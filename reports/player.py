@@ -1,0 +1,72 @@
+"""Data of the interactive player: frames of a run, quantised and packed for the page.
+
+Positions are 16-bit integers over their range (1e-5 of it is lost), strain energy densities 8-bit
+colours; both gzipped and in base64, which any browser unpacks by itself.
+"""
+
+import base64
+import gzip
+
+import numpy as np
+from matplotlib.colors import to_hex
+
+from .space import density_scale
+
+MOST_FRAMES = 201
+STEPS = 65535
+COLOURS = 255
+STOPS = 11
+"""Colours of the figures' map that the player interpolates."""
+
+
+def player(recording, every=None):
+    """The player's data of a :class:`~reports.recording.Recording`, ready for JSON.
+
+    Args:
+        recording: the run; every: frames taken, each n-th; default: at most ``MOST_FRAMES``.
+
+    Returns:
+        dict: counts, times [s], energies [J], the centre's path [m], the map of colours, and the
+        packed arrays with what unpacks them.
+    """
+    every = every or -(-len(recording.times) // MOST_FRAMES)
+    x = recording.positions()[::every]
+    centre = _centres(x, recording)
+    low = (x - centre[:, None]).min(axis=(0, 1))
+    size = float(np.ptp(x - centre[:, None], axis=(0, 1)).max())
+    density = recording.energy_density[::every]
+    scale = density_scale(density)
+    top = float(scale.norm.vmax)
+    rows = recording.history[recording.frame_rows[::every]]
+    scaled = (x - centre[:, None] - low) / size * STEPS
+    return {
+        "frames": len(x), "nodes": x.shape[1], "elements": recording.elements,
+        "times": _rounded(recording.times[::every]), "centre": _rounded(centre.T),
+        "kinetic": _rounded(rows["kinetic_energy"]), "strain": _rounded(rows["strain_energy"]),
+        "low": _rounded(low), "size": size, "steps": STEPS, "colours": COLOURS, "top": top,
+        "scale": [[stop, to_hex(scale.cmap(stop))] for stop in np.linspace(0.0, 1.0, STOPS)],
+        "position": _packed(scaled.round().astype("<u2")),
+        "density": _packed((np.clip(density / top, 0.0, 1.0) * COLOURS).round().astype("u1")),
+        "quads": _packed(recording.quads.astype("<u2"))}
+
+
+def packed_text(text):
+    """A long text, as the Plotly library, gzipped and in base64."""
+    return _packed(np.frombuffer(text.encode(), dtype="u1"))
+
+
+def _centres(x, recording):
+    """Centres of area of every frame (n, 3), with the elements' initial areas [m]."""
+    corners = recording.nodes[recording.quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    area = np.linalg.norm(normal, axis=1)
+    return np.einsum("fejc,e->fc", x[:, recording.quads], area / (4.0 * area.sum()))
+
+
+def _packed(array):
+    data = gzip.compress(np.ascontiguousarray(array).tobytes(), 9, mtime=0)
+    return base64.b64encode(data).decode("ascii")
+
+
+def _rounded(values):
+    return [_rounded(row) if np.ndim(row) else float(f"{row:.6g}") for row in np.asarray(values)]

@@ -1,0 +1,84 @@
+"""From nothing to one page: every part runs once, whatever becomes of the others; then the page."""
+
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+from solver.provenance import usable_cores
+
+from .parts import Stamps
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def run_parts(chosen, folder, jobs=None, tell=lambda text: None):
+    """Run the parts that are not finished, each in a process of its own.
+
+    Timings come first, one at a time with nothing beside them; then ``jobs`` parts at a time, by
+    default one a usable core.  A part that fails is stamped so, and the rest goes on.
+
+    Args:
+        chosen: :class:`~reports.parts.Part` s; folder: of all results.
+        tell: called with a line of text as parts end.
+
+    Returns:
+        int: how many parts failed.
+    """
+    stamps = Stamps(_made(folder / "parts"))
+    missing = [part for part in chosen if not stamps.finished(part)]
+    if len(missing) < len(chosen):
+        tell(f"{len(chosen) - len(missing)} of {len(chosen)} parts are there already")
+    ended = failed = 0
+    for part, status, seconds in _run_all(missing, stamps, jobs or usable_cores()):
+        ended, failed = ended + 1, failed + (status != "finished")
+        tell(f"[{ended:>2}/{len(missing)}] {part.name:<24} {status:<9} {seconds:6.0f} s")
+    return failed
+
+
+def _run_all(missing, stamps, jobs):
+    """``(part, status, seconds)`` as parts end."""
+    for part in missing:
+        if part.alone:
+            yield _run(part, stamps)
+    with ThreadPoolExecutor(jobs) as pool:
+        try:
+            for future in as_completed([pool.submit(_run, part, stamps) for part in missing
+                                        if not part.alone]):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _run(part, stamps):
+    """One part in a process of its own, its stamp and its log."""
+    command = part.command
+    if part.kind == "run":
+        begun = stamps.current(part) and part.result.exists()
+        command += ("--resume",) if begun else ("--overwrite",)
+    stamps.write(part, "begun")
+    _made(part.result.parent if part.kind != "time" else part.result.parent.parent)
+    clock, began = time.perf_counter(), time.time()
+    with open(stamps.log(part), "w", encoding="utf-8") as log:
+        code = subprocess.run([sys.executable, "-m", "corovec", *command], stdout=log, stderr=log,
+                              stdin=subprocess.DEVNULL,
+                              env={**os.environ, **dict.fromkeys(THREADS, "1")}).returncode
+    seconds = time.perf_counter() - clock
+    written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
+    good = code == 0 or code == 1 and part.judged and written
+    status = "finished" if good else "failed"
+    stamps.write(part, status, seconds, "" if good else _last_line(stamps.log(part), code))
+    return part, status, seconds
+
+
+def _last_line(log, code):
+    """What a part that failed said last."""
+    lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return lines[-1] if lines else f"exit status {code}"
+
+
+def _made(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

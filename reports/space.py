@@ -1,0 +1,205 @@
+"""Drawing in space: a parallel projection on plain axes, so that all directions have one scale.
+
+Elements are painted from the farthest to the nearest.
+"""
+
+from itertools import product
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+from solver.checks import number
+
+from .style import COLOURS, VERMILLION
+
+ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
+
+THINNEST = 0.08
+"""Shortest side of the box relative to its longest: a flat mesh needs room for its ticks."""
+
+MOST_VECTORS = 20_000
+"""Elements beyond which they become an image inside a vector figure."""
+
+PEAKS = 0.995
+"""Part of the values below the end of the colours, so that a single peak does not darken all."""
+
+
+class View:
+    """A parallel projection, seen from an elevation and an azimuth [degrees].
+
+    Attributes:
+        eye: unit vector from the scene to the eye; screen: (2, 3), unit vectors to the right and
+            upwards.
+    """
+
+    def __init__(self, elevation, azimuth):
+        e, a = np.radians([number("view", angle, "degrees") for angle in (elevation, azimuth)])
+        self.eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        self.screen = np.array([right, np.cross(self.eye, right)])
+
+    def __call__(self, points):
+        """(..., 2) places on the screen of points (..., 3) [m]."""
+        return np.asarray(points) @ self.screen.T
+
+    def aspect(self, box):
+        """Height over width of a box on the screen."""
+        width, height = np.abs(self.screen) @ np.ptp(box, axis=0)
+        return height / width
+
+
+def best_view(corners):
+    """The :class:`View` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
+    """
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    size = np.ptp(bounds(corners), axis=0)
+
+    def filled(view):
+        width, height = np.abs(view.screen) @ size
+        return np.abs(normal @ view.eye).sum() / (width * height) * min(1.0, width / height)
+
+    return max((View(*angles) for angles in product(ELEVATIONS, AZIMUTHS)), key=filled)
+
+
+def bounds(*points):
+    """(2, 3) corners of the box around points (..., 3), never quite flat."""
+    points = np.concatenate([np.reshape(part, (-1, 3)) for part in points])
+    low, high = points.min(axis=0), points.max(axis=0)
+    half = np.maximum(0.51 * (high - low), 0.5 * THINNEST * (high - low).max())
+    return 0.5 * (low + high) + np.array([-half, half])
+
+
+class Space:
+    """Matplotlib ``axes`` that show what lies in ``box`` (2, 3) [m] by a :class:`View`.
+
+    With ``ruled`` the box has a grid on its far faces, and numbers along three of its edges.
+    """
+
+    def __init__(self, axes, view, box, ruled=True):
+        self.axes, self.view, self.box = axes, view, box
+        edges = view(list(product(*box.T)))
+        axes.set(xlim=(edges[:, 0].min(), edges[:, 0].max()),
+                 ylim=(edges[:, 1].min(), edges[:, 1].max()), aspect="equal")
+        axes.axis("off")
+        if ruled:
+            self._rule()
+
+    def elements(self, frames, edge="0.3", line=0.3, **style):
+        """Elements (n_frames, n_elem, 4, 3), later frames over earlier ones.
+
+        ``style``: of a ``PolyCollection``; ``array`` (n_frames, n_elem) and ``norm`` colour them.
+        """
+        polygons = PolyCollection([], edgecolor=edge, linewidth=line, joinstyle="round",
+                                  clip_on=False, zorder=2, **style)
+        polygons.set_rasterized(frames.shape[0] * frames.shape[1] > MOST_VECTORS)
+        self.axes.add_collection(polygons, autolim=False)
+        self.move(polygons, frames, style.get("array"))
+        return polygons
+
+    def move(self, polygons, frames, values=None):
+        """Give ``polygons`` other places and values."""
+        order = np.argsort(frames.mean(axis=2) @ self.view.eye, axis=1)
+        frames = np.take_along_axis(frames, order[:, :, None, None], axis=1)
+        polygons.set_verts(self.view(frames).reshape(-1, 4, 2))
+        if values is not None:
+            polygons.set_array(np.take_along_axis(values, order, axis=1).ravel())
+
+    def arrow(self, tail, tip, color=VERMILLION):
+        tail, tip = self.view((tail, tip))
+        self.axes.annotate("", tip, tail, annotation_clip=False, zorder=5, arrowprops={
+            "arrowstyle": "-|>", "color": color, "linewidth": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
+            "mutation_scale": 8.0})
+
+    def text(self, point, text, offset=(0.0, 0.0), **style):
+        """``text`` at a point, moved by ``offset`` [points of print]."""
+        style = {"ha": "center", "va": "center", "zorder": 6, **style}
+        return self.axes.annotate(
+            text, self.view(point), offset, textcoords="offset points", annotation_clip=False,
+            path_effects=[withStroke(linewidth=1.8, foreground="white")], **style)
+
+    def dot(self, point, color):
+        self.axes.plot(*self.view(point), "o", color=color, markersize=4.0, zorder=6,
+                       clip_on=False)
+
+    def scale_bar(self):
+        """A line of a round length below the picture on the left, with its length."""
+        (left, right), bottom = self.axes.get_xlim(), self.axes.get_ylim()[0]
+        length = MaxNLocator(5, steps=(1, 2, 5, 10)).tick_values(0.0, right - left)[1]
+        self.axes.plot((left, left + length), (bottom, bottom), color="0.2", linewidth=1.2,
+                       solid_capstyle="butt", clip_on=False)
+        self.axes.annotate(f"{length:g} m", (left + 0.5 * length, bottom), (0.0, -3.0), size=7.0,
+                           textcoords="offset points", ha="center", va="top")
+
+    def _rule(self):
+        """The grid on the far faces, and the numbers on the edges where they do not hide it."""
+        far = (self.view.eye > 0.0).astype(int) * -1 + 1
+        ticks = [self._ticks(along) for along in range(3)]
+        lines = []
+        for face, along in ((f, a) for f in range(3) for a in range(3) if a != f):
+            across = 3 - face - along
+            for tick in (*ticks[across], *self.box[:, across]):
+                ends = np.empty((2, 3))
+                ends[:, face] = self.box[far[face], face]
+                ends[:, across] = tick
+                ends[:, along] = self.box[:, along]
+                lines.append(self.view(ends))
+        self.axes.add_collection(LineCollection(lines, colors="0.88", linewidths=0.4, zorder=1,
+                                                clip_on=False), autolim=False)
+        centre = self.view(self.box.mean(axis=0))
+        for along in range(3):
+            ends = self._edge(along, far)
+            start, end = self.view(ends)
+            normal = np.array([start[1] - end[1], end[0] - start[0]])
+            length = np.linalg.norm(normal)
+            if length < 0.02 * np.ptp(self.axes.get_xlim()):
+                continue
+            normal *= np.sign(normal @ (0.5 * (start + end) - centre)) / length
+            self.axes.plot(*np.transpose([start, end]), color="0.2", linewidth=0.6, zorder=1,
+                           clip_on=False)
+            labels = ScalarFormatter(useOffset=False, useMathText=False)
+            labels.set_scientific(False)
+            labels.create_dummy_axis()
+            places = np.repeat(ends[:1], len(ticks[along]), axis=0)
+            places[:, along] = ticks[along]
+            for place, label in zip(places, labels.format_ticks(ticks[along])):
+                self.text(place, label, 9.0 * normal * (1.4, 1.0), size=7.0)
+            self.text(ends.mean(axis=0), f"{'XYZ'[along]} [m]", 22.0 * normal * (1.5, 1.0))
+
+    def _ticks(self, along):
+        """Round numbers along an edge, as many as there is room for."""
+        low, high = self.box[:, along]
+        seen = np.linalg.norm(self.view.screen[:, along]) * (high - low)
+        bins = max(1, round(7.0 * seen / np.ptp(self.axes.get_xlim())))
+        values = MaxNLocator(bins, steps=(1, 2, 5, 10), min_n_ticks=1).tick_values(low, high)
+        return values[(values >= low) & (values <= high)]
+
+    def _edge(self, along, far):
+        """Ends (2, 3) of the edge for numbers: on the outline, below or to the left."""
+        edges = []
+        for flipped in range(3):
+            if flipped != along:
+                sides = np.where(np.arange(3) == flipped, 1 - far, far)
+                ends = self.box[sides, np.arange(3)] * np.ones((2, 1))
+                ends[:, along] = self.box[:, along]
+                edges.append(ends)
+        lowest = 0 if along == 2 else 1
+        return min(edges, key=lambda ends: self.view(ends).mean(axis=0)[lowest])
+
+
+def density_scale(density):
+    """Colours of strain energy densities [J/m^2], from zero to where ``PEAKS`` of them end."""
+    top = float(np.quantile(density, PEAKS)) or float(density.max()) or 1.0
+    return ScalarMappable(Normalize(0.0, top), COLOURS)
+
+
+def density_bar(figure, scale, density, axes, **place):
+    """The colour bar of :func:`density_scale`."""
+    beyond = "max" if density.max() > scale.norm.vmax else "neither"
+    bar = figure.colorbar(scale, ax=axes, extend=beyond, label="strain energy density [J/m²]",
+                          **place)
+    bar.outline.set_linewidth(0.5)
+    return bar

@@ -1,0 +1,287 @@
+"""The paper's tables beside ours, as rows of text for the page: what the suites wrote, worded."""
+
+from dataclasses import dataclass, field
+
+from solver.cases import case_names, load_case
+from timing.printed import cells
+from timing.tables import BASES, TABLES
+from timing.verdicts import verdicts as timing_verdicts
+
+VERDICTS = {
+    "failed": "ended with an error",
+    "deviates (open)": "differs, and nobody knows why",
+    "deviates (explained)": "differs, with the reason given, within the bound that the reason has",
+    "calibrated": "a parameter was fitted to this very number: agreement proves nothing",
+    "within tolerance": "differs by less than a tolerance that carries its reason",
+    "better": "nearer to the exact value than the reference",
+    "match": "equal, to rounding or to the printed digits",
+    "not reproducible": "the data is lost and cannot be made again",
+    "not run": "left out of this size, or not yet run",
+}
+"""All verdicts, the worst first, and what they say."""
+
+METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production default",
+           "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU"}
+
+WORDS = frozenset((
+    "mesh", "solver", "verdict", "quantity", "note", "basis", "target", "unit", "met", "detail",
+    "matrix", "case", "parameter", "value", "provenance", "source", "what", "kind", "reason",
+    "part", "status", "command", "message"))
+"""Heads of columns that hold words; the others hold numbers, which stand on the right."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A verdict of the page: a row of a table, or a cell of the first screen's grid.
+
+    Attributes:
+        label: what is judged; verdict: one of ``VERDICTS``; topic: what it is about, in few words.
+        detail: how many rows have which verdict; href: the section that shows it.
+    """
+
+    label: str
+    verdict: str
+    topic: str = ""
+    detail: str = ""
+    href: str = ""
+
+    @property
+    def style(self):
+        """The verdict as a name for the style sheet."""
+        return self.verdict.replace("(", "").replace(")", "").replace(" ", "-")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the page: heads, rows of text, notes below.
+
+    Attributes:
+        name: caption; columns: heads; rows: texts, verdicts as :class:`Cell` s.
+        notes: sentences below.
+    """
+
+    name: str
+    columns: tuple
+    rows: list
+    notes: list = field(default_factory=list)
+
+
+def worst(verdicts):
+    """The worst of some verdicts; ``not run`` without any."""
+    known = list(VERDICTS)
+    return min(verdicts, key=known.index, default="not run")
+
+
+def counts(rows):
+    """``{verdict: how many}`` of rows (dictionaries), the worst first."""
+    verdicts = [row["verdict"] for row in rows]
+    return {name: verdicts.count(name) for name in VERDICTS if name in verdicts}
+
+
+def summary(rows):
+    """Counts of the verdicts of rows in words."""
+    return ", ".join(f"{count} {name}" for name, count in counts(rows).items())
+
+
+def energies(study, printed):
+    """Tables 1, 3, 5, 7: energy after unloading, mesh by mesh.
+
+    Args:
+        study: contents of ``study.json``, None if it was not run; printed: of ``printed.toml``.
+    """
+    ours = {row["elements"]: row for row in study["mesh"]} if study else {}
+    verdict = {row["name"]: row["verdict"] for row in study["verdicts"]} if study else {}
+    finest = max(ours, default=None)
+    rows = []
+    for k, elements in enumerate(printed["elements"]):
+        row = ours.get(elements, {})
+        name = f"{elements} elements: energy after unloading [J]"
+        rows.append([printed["mesh"][k], printed["energy"][k], number(row.get("energy"), 6),
+                     percent(row.get("difference"), sign=True), printed["error"][k],
+                     percent(row.get("error_of_printed")), percent(row.get("error")),
+                     number(row.get("order_of_printed"), 3), number(row.get("order"), 3),
+                     Cell(name, verdict.get(name, "not run"))])
+    notes = [f"Errors of the last two columns of errors take the finest mesh run here, {finest} "
+             "elements, as reference, for both.  Orders come from successive differences, which "
+             "need no reference."] if study else []
+    return Table(f"{printed['table']}: total energy after load removal",
+                 ("mesh", "printed [J]", "ours [J]", "difference", "printed error",
+                  "printed, same meshes", "our error", "order, printed", "order, ours", "verdict"),
+                 rows, notes)
+
+
+def rates(study):
+    """What a convergence study comes down to."""
+    rows = [[row["quantity"] + (f" [{row['unit']}]" if row["unit"] else ""), number(row["ours"], 4),
+             number(row["of_printed"], 4), number(row["of_all_printed"], 4), row["printed"] or "–",
+             row["note"] or ""] for row in study["summary"]]
+    return Table("Convergence, time step, conservation",
+                 ("quantity", "ours", "printed energies, same meshes", "all printed energies",
+                  "printed", "note"), rows)
+
+
+def times(name, timing):
+    """Tables 2, 4, 6, 8: CPU times of each solver.
+
+    Args:
+        name: of :data:`timing.tables.TABLES`; timing: contents of ``timing.json``, or None.
+    """
+    ours = {(row["elements"], row["method"]): row
+            for row in timing["tables"][f"{name}-times"]} if timing else {}
+    printed = {(c.elements, c.method): c for c in cells() if c.table == TABLES[name]}
+    meshes = dict.fromkeys(elements for elements, _ in printed)
+    unit_steps = next(iter(printed.values())).unit_steps
+    rows, errata = [], {}
+    for elements in meshes:
+        for method, title in METHODS.items():
+            cell, row = printed.get((elements, method)), ours.get((elements, method), {})
+            mark = "†" if cell and cell.errata else ""
+            if mark:
+                errata[cell.errata] = None
+            rows.append([str(elements), title, cell.per_unit + mark if cell else "–",
+                         number(row.get("unit_cpu"), 3), percent(row.get("step_spread"), 0),
+                         cell.run if cell else "–",
+                         duration(row.get("run_cpu"), row.get("run_extrapolated")),
+                         row.get("basis", "not run")])
+    notes = [f"† Erratum: {erratum}." for erratum in errata]
+    bases = {row.get("basis") for row in ours.values()}
+    notes += [f"{basis}: {BASES[basis]}." for basis in BASES if basis in bases and basis != "steps"]
+    notes.append("(*) printed: the paper's mark of an estimate; ours: extrapolated from steps.")
+    return Table(f"{TABLES[name]}: CPU seconds of {unit_steps} steps, and of the whole run",
+                 ("elements", "solver", "printed", "ours [s]", "spread", "printed, run",
+                  "ours, run", "basis"), rows, notes)
+
+
+def ratios(name, timing):
+    """The ratio dense/skyline beside the paper's, and its two factors."""
+    rows = timing["tables"][f"{name}-ratios"]
+    verdict = {row.name.split()[0]: row.verdict for row in timing_verdicts(rows)}
+    return Table(
+        "Ratios, which machines share better than seconds",
+        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "LAPACK LU/skyline",
+         "of solving: sparsity", "symmetry", "verdict"),
+        [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
+          number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
+          number(row.get("lapack_skyline"), 3), number(row.get("sparsity"), 3),
+          number(row.get("symmetry_skyline"), 3),
+          Cell("", verdict.get(str(row["elements"]), "not run"))] for row in rows],
+        ["Sparsity: LAPACK's dense LU against its banded LU; symmetry: banded LU against the "
+         "skyline; both of factorization and solution alone."])
+
+
+def targets(timing):
+    """Targets of speed beside what was reached."""
+    D = timing["tables"]["D"][0]
+    return Table(
+        "Targets of speed", ("target", "unit", "at most", "goal", "reached", "met", "detail"),
+        [[row["name"], row["unit"] or "–", number(row["target"], 3), number(row["goal"], 3),
+          number(row["value"], 3), row["met"], row["detail"]]
+         for row in timing["tables"]["targets"]],
+        [f"D is the time of one LAPACK LU of a full {D['unknowns']} x {D['unknowns']} matrix on "
+         f"this machine: {number(D['D_cpu'], 3)} s of CPU time."])
+
+
+def iterations(timing):
+    """Newton iterations with three matrices, and what stopping early leaves."""
+    return Table(
+        "Iterations of a step with the symmetric matrix, with M and F_m delayed only, and with "
+        "the Jacobian",
+        ("dt [s]", "matrix", "gap to the Jacobian", "iterations, paper's rule",
+         "iterations, to 1e-14", "error left, relative"),
+        [[number(row["dt"], 3), row["matrix"], number(row["gap"], 2), str(row["iterations"]),
+          str(row["iterations_converged"]), number(row["error"], 2)]
+         for row in timing["tables"]["iterations"]])
+
+
+def growth(timing):
+    """Fitted exponents of time and memory against unknowns."""
+    phases = ("assembly", "factorization", "solve", "step", "matrix_bytes", "memory_bytes")
+    rows = [[row["case"], row["method"], *(number(row.get(phase), 3) for phase in phases)]
+            for row in timing["tables"]["growth-exponents"]]
+    return Table("Growth with the number of unknowns n: exponents of n",
+                 ("case", "solver", *(phase.replace("_", " ") for phase in phases)), rows)
+
+
+def provenance(case):
+    """Where every parameter of a case comes from."""
+    definition = load_case(case)
+    rows = [[name, shown(value), unit or "–", Cell(name, kind), source]
+            for name, value, unit, kind, source in definition.provenance()]
+    return Table("Every parameter, and where it comes from",
+                 ("parameter", "value", "unit", "provenance", "source"), rows)
+
+
+def provenance_counts(case):
+    """``{kind: how many}`` of the parameters of a case."""
+    kinds = [kind for *_, kind, _ in load_case(case).provenance()]
+    return {kind: kinds.count(kind) for kind in ("printed", "derived", "assumed", "calibrated")
+            if kind in kinds}
+
+
+def verdict_rows(name, rows):
+    """Rows of a suite (dictionaries) with their references, tolerances and reasons."""
+    return Table(name, ("what", "ours", "reference", "kind", "difference", "tolerance", "verdict",
+                        "reason"),
+                 [[row["name"], number(row["value"], 5),
+                   ("≥ " if row.get("above") else "") + number(row["reference"], 5), row["kind"],
+                   difference(row), number(row["tolerance"], 2), Cell("", row["verdict"]),
+                   reason(row)] for row in rows])
+
+
+def reason(row):
+    """Why a row may differ as it does."""
+    if row["verdict"] == "deviates (explained)":
+        return row["explanation"]
+    return row["reason"]
+
+
+def difference(row):
+    """Difference of a row, relative to what it is relative to."""
+    if row.get("above"):
+        return "–"
+    value = row["difference"]
+    return percent(value, sign=True) if 1e-4 <= abs(value) < 10.0 else number(value, 2)
+
+
+def case_titles():
+    """``{case: title}`` without the numbers of section and tables."""
+    return {case: load_case(case).title.partition(" (")[0] for case in case_names()}
+
+
+def shown(value):
+    """A value of a definition file."""
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, (list, tuple)):
+        return "(" + ", ".join(shown(item) for item in value) + ")"
+    return str(value)
+
+
+def number(value, digits):
+    """A number of so many digits; ``–`` for none."""
+    if value is None or value != value:
+        return "–"
+    if isinstance(value, int) or value == 0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:#.{digits}g}".rstrip(".") if value and not float(
+            value).is_integer() else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{min(digits, 2) - 1}e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def percent(value, digits=3, sign=False):
+    """A fraction as a percentage; ``–`` for none."""
+    if value is None or value != value:
+        return "–"
+    return f"{value:{'+' if sign else ''}.{digits}%}"
+
+
+def duration(seconds, extrapolated=False):
+    """Seconds in the unit that suits them."""
+    if seconds is None or seconds != seconds:
+        return "–"
+    mark = "*" if extrapolated else ""
+    if seconds < 100.0:
+        return f"{seconds:.3g} s{mark}"
+    if seconds < 3600.0:
+        return f"{seconds / 60.0:.3g} min{mark}"
+    return f"{seconds / 3600.0:.4g} h{mark}"

@@ -1,0 +1,264 @@
+"""What is drawn is what was recorded, and the table beside a figure is what is drawn."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from reports import curves
+from reports.figures import (
+    Curve,
+    convergence,
+    displacements,
+    energies,
+    mesh_and_loads,
+    momenta,
+    save,
+    sequence,
+    total_energies,
+)
+from reports.recording import Recording
+from reports.space import Space, View, bounds
+from solver import InputError, ResultFileError, TimeFunction, total_energy
+from solver.cases import load_case
+from solver.loads import NodalLoad
+from verification.models import cross_code_plate
+
+COMPONENTS = [f"{name}_{c}" for name in ("linear_momentum", "angular_momentum",
+                                         "angular_momentum_printed") for c in "xyz"]
+
+
+def lines(axes):
+    """(x, y) of the curves of a panel."""
+    return [np.transpose(line.get_data()) for line in axes.lines]
+
+
+def polygons(axes):
+    return next(item for item in axes.collections if isinstance(item, PolyCollection))
+
+
+def test_energies_are_the_history(recordings):
+    history = recordings[0].history
+    figure, data = energies(history, unloaded_at=1.0)
+    drawn = lines(figure.axes[0])
+    for line, column in zip(drawn, ("kinetic_energy", "strain_energy", "total_energy",
+                                    "external_work")):
+        assert np.array_equal(line[:, 0], history["time"])
+        assert np.array_equal(line[:, 1], data[column])
+    assert np.array_equal(data["kinetic_energy"], history["kinetic_energy"])
+    assert np.array_equal(data["total_energy"], total_energy(history))
+    assert len(drawn) == 4 and figure.axes[0].get_xlim() == (0.0, history["time"][-1])
+
+
+def test_energies_until_an_end(recordings):
+    history = recordings[0].history
+    assert energies(history, end=0.5)[1]["time"].max() == pytest.approx(0.5)
+    for wrong in (2.0, 0.0, np.nan):
+        with pytest.raises(InputError, match="ends at 1.2 s"):
+            energies(history, end=wrong)
+
+
+def test_long_histories_are_thinned_evenly_and_keep_their_end(recordings, monkeypatch):
+    monkeypatch.setattr(curves, "MOST_ROWS", 20)
+    time = energies(recordings[0].history)[1]["time"].to_numpy()
+    assert np.array_equal(time, recordings[0].history["time"][::4])
+    monkeypatch.setattr(curves, "MOST_ROWS", 9)
+    time = energies(recordings[0].history)[1]["time"].to_numpy()
+    assert len(time) <= 10 and time[-1] == recordings[0].history["time"][-1]
+
+
+def test_momenta_have_both_definitions(recordings):
+    history = recordings[0].history
+    figure, data = momenta(history, unloaded_at=1.0)
+    for name in COMPONENTS:
+        assert np.array_equal(data[name], history[name[:-2]][:, "xyz".index(name[-1])])
+    upper, middle, lower = (lines(axes) for axes in figure.axes)
+    difference = history["angular_momentum_printed"] - history["angular_momentum"]
+    assert np.abs(difference).max() > 0.1
+    assert len(upper) == 3 and len(middle) == 6
+    for k in range(3):
+        assert np.array_equal(lower[k][:, 1], difference[:, k])
+
+
+def test_momenta_that_are_rounding_are_drawn_as_zero(recordings):
+    history = recordings[0].history.copy()
+    history["linear_momentum"] = 1e-14 * np.sin(history["time"])[:, None]
+    low, high = momenta(history)[0].axes[0].get_ylim()
+    assert min(-low, high) > 1e3 * 1e-14
+
+
+def test_displacements_are_those_of_the_node(recordings):
+    figure, data = displacements(recordings, {"S": (10.0, 7.0, 0.0)}, {"S": "zx"})
+    assert len(figure.axes) == 2 and all(len(axes.lines) == 2 for axes in figure.axes)
+    for recording, size in zip(recordings, (30, 120)):
+        node = np.argmin(np.linalg.norm(recording.nodes - (10.0, 7.0, 0.0), axis=1))
+        rows = data[(data["elements"] == size) & (data["component"] == "z")]
+        assert np.array_equal(rows["displacement"], recording.displacement[:, node, 2])
+        assert rows["time"].to_numpy() == pytest.approx(np.linspace(0.0, 1.2, 13))
+    assert np.array_equal(lines(figure.axes[0])[1][:, 1], rows["displacement"])
+
+
+def test_a_point_without_a_node_is_named_with_its_mesh(recordings):
+    with pytest.raises(InputError, match=r"l30 \(30 elements\): no node at \[0.5, 0.5, 0.0\]"):
+        displacements(recordings[::-1], {"M": (0.5, 0.5, 0.0)})
+
+
+def test_total_energies_of_meshes(recordings):
+    figure, data = total_energies(recordings)
+    for line, recording in zip(lines(figure.axes[0]), recordings):
+        assert np.array_equal(line[:, 1], total_energy(recording.history))
+    assert set(data["elements"]) == {30, 120}
+
+
+def test_convergence_line_is_the_regression():
+    """Through the mean of the logarithms, with the slope given; the reference has no place."""
+    n, errors = np.array([30, 120, 480, 1920]), np.array([0.03, 0.011, 0.002, 0.0])
+    slope, offset = np.polyfit(np.log(np.sqrt(n[:3])), np.log(errors[:3]), 1)
+    figure, data = convergence([Curve("ours", n, errors, slope)])
+    assert data["fit"].to_numpy() == pytest.approx(np.exp(offset) * np.sqrt(n[:3])**slope)
+    points, line = lines(figure.axes[0])
+    assert np.array_equal(points[:, 1], errors[:3]) and np.array_equal(line[:, 1], data["fit"])
+    assert f"{slope:.2f}" in figure.axes[0].get_legend().get_texts()[1].get_text()
+
+
+def test_sequence_is_deformed_and_coloured_by_energy_over_area(recordings):
+    recording = recordings[1]
+    figure, data = sequence(recording, (0.0, 0.61, 1.2))
+    assert np.allclose(np.unique(data["time"]), (0.0, 0.6, 1.2))
+    x = (recording.nodes + recording.displacement[[0, 6, 12]])[:, recording.quads]
+    assert np.array_equal(data[["x", "y", "z"]].to_numpy().reshape(x.shape), x)
+    density = data["strain_energy_density"].to_numpy()[::4].reshape(3, 120)
+    # all elements are squares of 0.5 m
+    assert density == pytest.approx(4.0 * recording.contents["strain_energy"][[0, 6, 12]],
+                                    rel=1e-12)
+    panels = [axes for axes in figure.axes if axes.collections and axes.get_aspect() == 1.0]
+    values = np.concatenate([polygons(axes).get_array() for axes in panels])
+    assert sorted(values) == pytest.approx(sorted(density.ravel()))
+
+
+def test_sequence_along_the_way_is_one_space(recordings):
+    """Six sizes of travel: later frames over earlier ones, nearer elements over farther ones."""
+    contents = dict(recordings[0].contents)
+    away = np.linspace(0.0, 60.0, 13)[:, None, None] * [1.0, 0.0, 0.0]
+    contents["displacement"] = contents["displacement"] + away
+    figure, _ = sequence(Recording("away", contents), (0.0, 0.6, 1.2), view=(30.0, -60.0))
+    assert len(polygons(figure.axes[0]).get_paths()) == 90
+    texts = {text.get_text() for text in figure.axes[0].texts}
+    assert {"0 s", "0.6 s", "1.2 s"} < texts
+
+
+def test_sequence_magnifies(recordings):
+    once, thrice = (sequence(recordings[0], (0.6,), scale)[1] for scale in (1.0, 3.0))
+    rest = sequence(recordings[0], (0.6,), 0.0)[1]
+    assert (thrice["x"] - rest["x"]).to_numpy() == pytest.approx(
+        3.0 * (once["x"] - rest["x"]).to_numpy())
+
+
+@pytest.mark.parametrize("time", [-0.1, 1.3, np.nan])
+def test_sequence_outside_the_run(recordings, time):
+    with pytest.raises(InputError, match=f"time {time:g} s is not in l30, which is recorded from 0 "
+                                         "to 1.2 s"):
+        sequence(recordings[0], (0.0, time))
+
+
+def test_static_paths_are_drawn_over_the_load_factor(static_path):
+    recording = Recording.open(static_path)
+    assert np.array_equal(energies(recording.history)[1]["factor"], [0.0, 0.25, 0.5, 1.0])
+    data = displacements([recording], {"tip": (10.0, 0.0, 0.0)}, {"tip": "z"})[1]
+    assert np.all(np.diff(data["displacement"]) > 0.0) and data["factor"].max() == 1.0
+    assert set(sequence(recording, (0.5, 1.0))[1]["factor"]) == {0.5, 1.0}
+    with pytest.raises(InputError, match="no momenta"):
+        momenta(recording.history)
+
+
+def test_runs_beside_static_paths_are_refused(recordings, static_path):
+    with pytest.raises(InputError, match="cannot share a figure"):
+        displacements([recordings[0], Recording.open(static_path)], {"O": (0.0, 0.0, 0.0)})
+
+
+def test_mesh_shows_the_printed_loads():
+    case = load_case("l-plate")
+    figure, data = mesh_and_loads(case.model(30), case)
+    loads = data[data["item"] == "load"].set_index("name")
+    assert loads.loc["P1", ["fx", "fy", "fz"]].tolist() == [-15.0, 0.0, 5.0]
+    assert loads.loc["P1", ["x", "y", "z"]].tolist() == [10.0, 7.0, 0.0]
+    assert data[data["item"] == "function"]["value"].tolist() == [0.0, 5.0, 0.0]
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert {"P1", "P2", "P3", "P4", "P5", "P6", "S"} < set(texts)
+    assert sum(text.arrow_patch is not None for text in figure.axes[0].texts) == 6
+    assert np.array_equal(data.loc[data["item"] == "element", "name"].unique(), np.arange(30))
+
+
+def test_line_loads_are_even_along_their_line():
+    case = load_case("ruler")
+    data = mesh_and_loads(case.model(120), case)[1]
+    edge = data[(data["item"] == "load") & (data["name"] == "edge")]
+    assert len(edge) == 5 and edge["fz"].nunique() == 1
+
+
+def test_loads_of_an_own_model_are_its_nodal_forces():
+    plate = cross_code_plate(1)
+    _, data = mesh_and_loads(plate)
+    loads = data[data["item"] == "load"]
+    assert len(loads) == len(plate.loads)
+    peak = max(plate.loads[0].history.values)
+    assert loads[["fx", "fy", "fz"]].to_numpy() == pytest.approx(
+        np.array([load.force for load in plate.loads]) * peak)
+    assert isinstance(plate.loads[0], NodalLoad)
+    assert isinstance(plate.loads[0].history, TimeFunction)
+
+
+@pytest.mark.parametrize("angles", [(30.0, -60.0), (90.0, 0.0), (-10.0, 200.0)])
+def test_view_is_an_orthogonal_projection(angles):
+    view = View(*angles)
+    axes = np.vstack([view.screen, view.eye])
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 1e-15
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e5])
+def test_numbers_along_the_edges_are_metres(size):
+    """Small and large ones as well: no power of ten is taken out of them."""
+    box = size * np.array([np.zeros(3), np.ones(3)])
+    space = Space(Figure().add_subplot(), View(30.0, -60.0), box)
+    numbers = {float(text.get_text().replace("−", "-")) for text in space.axes.texts
+               if "[m]" not in text.get_text()}
+    assert max(numbers) == pytest.approx(size)
+
+
+def test_nearer_elements_cover_farther_ones():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    near, far = square + [0.0, 0.0, 1.0], square
+    view = View(60.0, -60.0)
+    space = Space(Figure().add_subplot(), view, bounds(near, far))
+    drawn = space.elements(np.stack([near, far])[None], array=np.array([[1.0, 0.0]]))
+    assert drawn.get_array().tolist() == [0.0, 1.0]
+    assert drawn.get_paths()[1].vertices[:4] == pytest.approx(view(near))
+    assert space.axes.get_aspect() == 1.0
+
+
+def test_files_hold_the_data_and_are_the_same_every_time(recordings, tmp_path):
+    written = []
+    for k in range(2):
+        figure, data = energies(recordings[0].history)
+        written.append(save(figure, data, tmp_path, f"same-{k}", ("svg", "png", "pdf")))
+    first, second = ([path.read_bytes() for path in paths] for paths in written)
+    assert first == second
+    assert [path.suffix for path in written[0]] == [".svg", ".png", ".pdf", ".csv"]
+    assert b"<svg" in first[0] and b"<image" not in first[0] and first[1][:4] == b"\x89PNG"
+    table = pd.read_csv(written[0][-1], dtype=str).astype(float)
+    pd.testing.assert_frame_equal(table, data, check_exact=True)
+
+
+def test_save_refuses(recordings, tmp_path):
+    figure, data = energies(recordings[0].history)
+    with pytest.raises(InputError, match="format 'eps' is unknown"):
+        save(figure, data, tmp_path, "a", ("eps",))
+    save(figure, data, tmp_path, "a", ("svg",))
+    with pytest.raises(ResultFileError, match="a.svg exists"):
+        save(figure, data, tmp_path, "a", ("svg",))
+    save(figure, data, tmp_path, "a", ("svg",), overwrite=True)
+    with pytest.raises(ResultFileError, match="no folder"):
+        save(figure, data, tmp_path / "none", "a")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.svg"]

@@ -1,0 +1,279 @@
+"""The page of small results: verdicts as the suites gave them, whole in a browser, players play."""
+
+import gzip
+import json
+import re
+import shutil
+from base64 import b64decode
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from reports import page, parts, reproduce
+from reports.cli import reproduce as command
+from reports.parts import Part, Stamps
+from reports.player import STEPS, player
+from reports.recording import Recording
+from solver import InputError, Settings, simulate
+from solver.cases import load_case
+from timing.printed import cells
+from timing.solvers import METHODS
+from timing.tables import ratios
+from verification.registry import Outcome, find, make_report
+
+SIZE = "quick"
+FRAMES = 61
+DEVIATING = {"name": "30 elements: energy after unloading [J]", "value": 70.6, "reference": 71.373,
+             "kind": "published", "tolerance": 7e-6, "reason": "last digit", "above": False,
+             "explanation": "", "difference": -0.011, "verdict": "deviates (open)"}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder with a run, a suite, a study and a timing, small or made up."""
+    folder = tmp_path_factory.mktemp("results")
+    for sub in ("runs", "verification", "timing/table-2", "convergence/l-plate/quick", "parts"):
+        (folder / sub).mkdir(parents=True)
+    case = load_case("l-plate")
+    settings = Settings(dt=0.02, end_time=1.2, frame_every=1)
+    simulate(case.model(30), settings, output=parts.run_file(folder, "l-plate", 30), case="l-plate")
+    (rigid,) = find(["rigid-momenta"])
+    report = make_report([Outcome(rigid, rigid.run(), 0.1, None)], "2000-01-01", True)
+    write(parts.suite_file(folder, "kernel"), report)
+    write(parts.study_file(folder, "l-plate", SIZE), study())
+    write(parts.timing_file(folder, "table-2"), timing())
+    failing = next(part for part in parts.parts(SIZE, folder) if part.name == "converge-plates")
+    Stamps(folder / "parts").write(failing, "failed", 1.0, "disk <full>")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def html(results):
+    return page.build(SIZE, results).read_text(encoding="utf-8")
+
+
+def write(path, contents):
+    path.write_text(json.dumps(contents), encoding="utf-8")
+
+
+def study():
+    """A convergence study of one mesh."""
+    mesh = {"elements": 30, "energy": 70.6, "difference": -0.011, "error_of_printed": 0.02,
+            "error": 0.03, "order_of_printed": None, "order": None}
+    slope = {"quantity": "slope, finest mesh as reference", "unit": "", "ours": -2.0,
+             "of_printed": -1.7, "of_all_printed": -1.27, "printed": "-1.27", "note": ""}
+    drift = {**DEVIATING, "name": "energy drift", "kind": "analytic", "verdict": "match"}
+    return {"mesh": [mesh], "summary": [slope], "verdicts": [DEVIATING, drift]}
+
+
+def timing():
+    """CPU times of Table 2: our dense/skyline is 1.1 of the paper's."""
+    rows = []
+    for cell in cells():
+        if cell.table == "Table 2" and cell.method == "skyline":
+            dense = next(c for c in cells() if (c.table, c.elements, c.method) == (
+                "Table 2", cell.elements, "dense"))
+            for method in METHODS:
+                row_cell = {"skyline": cell, "dense": dense}.get(method)
+                rows.append({
+                    "table": "Table 2", "case": "l-plate", "elements": cell.elements,
+                    "method": method, "basis": "steps", "unit_cpu": 1.0, "step_spread": 0.1,
+                    "run_cpu": 8e3, "run_extrapolated": True, "factor_cpu": 1.0, "solve_cpu": 0.1,
+                    "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
+                    "paper_seconds": row_cell and row_cell.seconds,
+                    "printed_seconds": row_cell and row_cell.printed_seconds})
+    return {"tables": {"table-2-times": rows, "table-2-ratios": ratios(rows)}}
+
+
+def cell(html, label):
+    """(verdict, target) of a cell of the first screen."""
+    found = re.search(rf'<li><a href="(#[^"]+)"[^>]*><b>{label}</b>.*?<span class="badge [^"]*">'
+                      r"([^<]+)</span>", html)
+    return found[2], found[1]
+
+
+def test_every_table_figure_and_suite_has_a_cell_that_leads_to_it(html):
+    labels = [*(f"Table {k}" for k in range(1, 9)), *(f"Figure {k}" for k in range(2, 16)),
+              "Figure 16a", "Figure 16b", "Figure 17", *parts.suite_names()]
+    for label in labels:
+        _, target = cell(html, label)
+        assert html.count(f'id="{target[1:]}"') == 1, label
+    for target in re.findall(r'href="#([^"]+)"', html):
+        assert html.count(f'id="{target}"') == 1, target
+
+
+def test_cells_have_the_worst_verdict_of_what_was_written(html):
+    assert cell(html, "Table 1")[0] == "deviates (open)"
+    assert cell(html, "L-plate")[0] == "match"
+    assert cell(html, "Table 2")[0] == "within tolerance"
+    assert cell(html, "Table 3")[0] == "not run"
+    assert cell(html, "Figure 2")[0] == "match"
+    assert cell(html, "Figure 3")[0] == "within tolerance"
+    assert cell(html, "Figure 12")[0] == "not run"
+    assert cell(html, "kernel")[0] == "match"
+    assert cell(html, "mutants")[0] == "not run"
+    assert html.count("not redrawn") == 3
+
+
+def test_printed_numbers_errata_and_provenance_are_shown(html):
+    for text in ("71.373", "13,460 s†", "13,460 s read as 13.460 s", "10,436.720 s", "2,005,032 s*",
+                 'class="badge assumed"', 'class="badge calibrated"', "disk &lt;full&gt;"):
+        assert text in html, text
+
+
+def test_page_without_results_is_whole(tmp_path):
+    """Meshes are drawn, everything else is not run, and nothing is missing silently."""
+    html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    assert html.count("<img") == 4
+    assert cell(html, "Table 1")[0] == cell(html, "Figure 3")[0] == "not run"
+    assert "Plotly" not in html
+
+
+def test_pictures_lie_beside_the_page_with_their_data(results, html):
+    files = re.findall(r'href="(figures/[^"]+)"', html)
+    assert len(files) >= 3 * 9
+    assert all((results / "page" / name).stat().st_size > 0 for name in files if name)
+
+
+def test_player_holds_the_frames(results):
+    recording = Recording.open(parts.run_file(results, "l-plate", 30))
+    data = player(recording)
+    assert data["frames"] == FRAMES and data["elements"] == 30
+    scaled = np.frombuffer(gzip.decompress(b64decode(data["position"])), "<u2")
+    x = scaled.reshape(FRAMES, -1, 3) / STEPS * data["size"] + data["low"]
+    x += np.transpose(data["centre"])[:, None]
+    assert np.abs(x - recording.positions()).max() < 2e-4
+    energy = np.array(data["kinetic"]) + data["strain"]
+    assert np.abs(energy[50:] / energy[50] - 1.0).max() < 1e-3
+
+
+def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
+    suite = parts.suite_file(tmp_path, "good")
+    good = Part("verify-good", "verify", ("verify", "rigid-momenta", "--output", str(suite),
+                                          "--overwrite"), suite, ())
+    bad = replace(good, name="verify-bad", command=("verify", "no-such-case"))
+    said = []
+    assert reproduce.run_parts([bad, good], tmp_path, 1, said.append) == 1
+    stamps = Stamps(tmp_path / "parts")
+    assert "no-such-case" in stamps.read(bad)["message"]
+    assert stamps.finished(good) and not stamps.finished(bad)
+    assert parts.status(bad, stamps) == "failed"
+    assert reproduce.run_parts([good], tmp_path, 1, said.append) == 0
+    assert said[-1] == "1 of 1 parts are there already"
+
+
+def test_interrupted_run_goes_on(tmp_path):
+    """A run that stopped half way is resumed, not begun again; other sources begin again."""
+    path = parts.run_file(tmp_path, "l-plate", 30)
+    path.parent.mkdir()
+    options = ("run", "l-plate", "--elements", "30", "--dt", "0.02", "--end-time", "1.2",
+               "--frame-every", "20")
+    part = Part("run-l-plate-30", "run", (*options, "--output", str(path)), path, ())
+
+    class Stop(Exception):
+        pass
+
+    def stop(step, *_):
+        if step == 45:
+            raise Stop
+
+    with pytest.raises(Stop):
+        simulate(load_case("l-plate").model(30), Settings(dt=0.02, end_time=1.2, frame_every=20),
+                 output=path, case="l-plate", progress=stop)
+    (tmp_path / "parts").mkdir()
+    stamps = Stamps(tmp_path / "parts")
+    stamps.write(part, "begun")
+    assert reproduce.run_parts([part], tmp_path, 1) == 0
+    assert Recording.open(path).contents["step"] == 60
+    assert stamps.finished(part)
+    other = replace(part, command=(*part.command, "--rho-inf", "0.9"))
+    assert not stamps.finished(other)
+
+
+def test_wrong_input_is_one_line():
+    with pytest.raises(InputError, match="size 'huge' is unknown"):
+        parts.parts("huge", Path("x"))
+    with pytest.raises(InputError, match="part 'nonsense' is unknown"):
+        parts.select(parts.parts(SIZE, Path("x")), ["nonsense"])
+    with pytest.raises(InputError, match="jobs must be at least 1"):
+        CliRunner().invoke(command, ["--jobs", "0"], standalone_mode=False, catch_exceptions=False)
+
+
+def test_plan_names_meshes_and_frames_of_the_figures():
+    """Every run is possible, and its frames fall on the instants of the motion sequences."""
+    intervals = {"l-plate": 1.0, "ruler": 0.01, "hemisphere": 0.01, "plates": 1.0}
+    for size in parts.SIZES:
+        for case, runs in parts.plan(size).items():
+            for run in runs:
+                assert run.pop("elements") in load_case(case).sizes
+                settings = Settings(**run)
+                between = intervals[case] / (settings.dt * settings.frame_every)
+                assert between == pytest.approx(round(between)) and between > 0.5
+
+
+def chromium(playwright):
+    """A Chromium: the one that playwright installed, or the system's; skip without any."""
+    found = [playwright.chromium.executable_path, *map(shutil.which, (
+        "chromium", "chromium-browser", "google-chrome"))]
+    path = next((path for path in found if path and Path(path).exists()), None)
+    if path is None:
+        pytest.skip("no Chromium: playwright install chromium, or the system's package chromium")
+    return playwright.chromium.launch(executable_path=path, args=[
+        "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        running = chromium(playwright)
+        yield running
+        running.close()
+
+
+WHOLE = """() => [document.documentElement.scrollWidth <= innerWidth,
+    [...document.images].filter(i => !(i.complete && i.naturalWidth > 100)).map(i => i.alt),
+    [...document.querySelectorAll("body *")].filter(e => !e.closest(".scroll, nav, .stage")
+        && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.className || e.tagName)]"""
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_whole_in_a_browser(browser, results, html, width):
+    """No error, no image missing, nothing beyond the edge, nothing fetched; the player plays."""
+    tab, said, fetched = browser.new_page(viewport={"width": width, "height": 900}), [], []
+    tab.on("console", lambda message: said.append(message.text) if message.type == "error" else 0)
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda request: fetched.append(request.url))
+    tab.goto((results / "page" / "index.html").as_uri())
+    assert tab.evaluate(WHOLE) == [True, [], []]
+    root = tab.locator(".player").first
+    root.scroll_into_view_if_needed()
+    tab.wait_for_selector(".player.ready", timeout=120_000)
+    stage = root.locator(".stage")
+    before = stage.get_attribute("data-frame"), stage.screenshot()
+    root.locator(".play").click()
+    tab.wait_for_function("() => Number(document.querySelector('.stage').dataset.frame) > 5",
+                          timeout=120_000)
+    root.locator(".play").click()
+    after = stage.get_attribute("data-frame"), stage.screenshot()
+    assert before[0] == "0" and before[1] != after[1]
+    root.locator(".time").fill(str(FRAMES - 1))
+    tab.wait_for_function(f"() => document.querySelector('.stage').dataset.frame == {FRAMES - 1}")
+    assert float(root.locator(".energies .total b").inner_text()) == pytest.approx(70.64, abs=0.1)
+    assert tab.evaluate(WHOLE)[0]
+    assert not said
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in fetched)
+    tab.close()
+
+
+def test_readable_without_javascript(browser, results, html):
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto((results / "page" / "index.html").as_uri())
+    assert tab.locator("img").count() == html.count("<img")
+    assert tab.get_by_text("71.373").first.is_visible()
+    assert not tab.locator(".player").first.is_visible()
+    context.close()

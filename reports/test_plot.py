@@ -1,0 +1,220 @@
+"""Commands ``corovec plot`` and ``corovec animate``."""
+
+import resource
+import shutil
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from reports.cli import animate, plot
+from reports.recording import Recording
+from solver import InputError, ResultFileError, Settings, simulate
+from verification.helpers import corovec
+from verification.models import cross_code_plate
+
+SEVERAL = {"l30-mesh", "l30-energies", "l30-momenta", "l30-motion", "l120-mesh", "l120-energies",
+           "l120-momenta", "l120-motion", "displacements", "total-energies"}
+
+
+def call(command, *arguments):
+    return CliRunner().invoke(command, [str(argument) for argument in arguments])
+
+
+def refused(command, *arguments):
+    """The error that a call ends with."""
+    outcome = call(command, *arguments)
+    assert outcome.exit_code != 0
+    return outcome.output if isinstance(outcome.exception, SystemExit) else outcome.exception
+
+
+def small_limit():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+
+def test_plot_of_two_meshes(runs, tmp_path):
+    folder = tmp_path / "figures"
+    done = corovec("plot", *runs, "--output", folder)
+    assert done.returncode == 0 and done.stderr == ""
+    names = {path.name for path in folder.iterdir()}
+    assert names == {f"{name}.{kind}" for name in SEVERAL for kind in ("svg", "csv")}
+    assert {line.rsplit("/", 1)[1] for line in done.stdout.splitlines()} == names
+    table = pd.read_csv(folder / "displacements.csv")
+    assert set(table["point"]) == {"S"} and set(table["elements"]) == {30, 120}
+
+
+def test_plot_refuses_to_replace_before_it_draws(runs, tmp_path):
+    (tmp_path / "l30-motion.csv").write_text("mine")
+    error = refused(plot, runs[0], "--output", tmp_path)
+    assert isinstance(error, ResultFileError) and "l30-motion.csv exists" in str(error)
+    assert [path.name for path in tmp_path.iterdir()] == ["l30-motion.csv"]
+    assert call(plot, runs[0], "--output", tmp_path, "--overwrite").exit_code == 0
+    assert (tmp_path / "l30-motion.csv").read_text() != "mine"
+
+
+def test_plot_of_an_own_unfinished_run(tmp_path):
+    """A run that is stopped shows what it has; the node that moves farthest is drawn."""
+    path, model = tmp_path / "own.h5", cross_code_plate(1)
+
+    def stop(step, n_steps, row):
+        if step == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(model, Settings(dt=0.05, end_time=1.0, frame_every=2), output=path, progress=stop)
+    assert call(plot, path, "--output", tmp_path, "--interval", 0.1).exit_code == 0
+    assert pd.read_csv(tmp_path / "own-energies.csv")["time"].max() == pytest.approx(0.3)
+    assert pd.read_csv(tmp_path / "own-motion.csv")["time"].unique() == pytest.approx(
+        [0.0, 0.1, 0.2, 0.3])
+    moved = np.linalg.norm(Recording.open(path).displacement, axis=2).max()
+    table = pd.read_csv(tmp_path / "own-displacements.csv")
+    across = table.pivot(index="time", columns="component", values="displacement")
+    assert np.linalg.norm(across, axis=1).max() == pytest.approx(moved)
+    assert "item" in pd.read_csv(tmp_path / "own-mesh.csv")
+
+
+def test_plot_of_statics(static_path, tmp_path):
+    assert call(plot, static_path, "--output", tmp_path, "--format", "png").exit_code == 0
+    assert {path.stem for path in tmp_path.iterdir()} == {
+        f"cantilever-{name}" for name in ("mesh", "energies", "motion", "displacements")}
+
+
+def test_a_run_without_frames(tmp_path):
+    path = tmp_path / "start.h5"
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(cross_code_plate(1), Settings(dt=0.05, end_time=1.0, frame_every=5), output=path,
+                 progress=stop)
+    for error in (refused(plot, path, "--output", tmp_path),
+                  refused(animate, path, "-o", tmp_path / "a.gif")):
+        assert isinstance(error, ResultFileError) and "start.h5 holds the start" in str(error)
+
+
+def test_files_that_are_no_results(runs, tmp_path):
+    (tmp_path / "empty.h5").touch()
+    (tmp_path / "text.h5").write_text("hello")
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = 1.0
+    (tmp_path / "cut.h5").write_bytes(runs[0].read_bytes()[:50_000])
+    for name in ("none", "empty", "text", "foreign", "cut"):
+        for error in (refused(plot, tmp_path / f"{name}.h5", "--output", tmp_path / "figures"),
+                      refused(animate, tmp_path / f"{name}.h5", "-o", tmp_path / "a.gif")):
+            assert isinstance(error, ResultFileError) and f"{name}.h5" in str(error)
+    assert "is a directory" in refused(plot, tmp_path)
+    assert not (tmp_path / "figures").exists()
+
+
+@pytest.mark.parametrize("options, message", [
+    (("--format", "eps"), "format 'eps' is unknown"),
+    (("--interval", 3), "interval 3 is longer than l30, which ends at 1.2"),
+    (("--interval", 0), "interval must be positive"),
+    (("--at", 1, 2, 9), "l30 (30 elements): no node at [1.0, 2.0, 9.0]"),
+    (("--scale", "nan"), "scale must be finite"),
+])
+def test_plot_says_what_is_wrong(runs, tmp_path, options, message):
+    error = refused(plot, runs[0], "--output", tmp_path / "figures", *options)
+    assert isinstance(error, InputError) and message in str(error)
+    assert not (tmp_path / "figures").exists()
+
+
+def test_files_that_do_not_go_together(runs, static_path, tmp_path):
+    copy, own = tmp_path / "l30.h5", tmp_path / "own.h5"
+    shutil.copy(runs[0], copy)
+    simulate(cross_code_plate(1), Settings(dt=0.05, end_time=0.2), output=own)
+    for other, message in ((copy, "whose names must differ"), (own, "is of l-plate"),
+                           (static_path, "is of l-plate")):
+        assert message in str(refused(plot, runs[0], other, "--output", tmp_path))
+    assert "a run and a static path" in str(refused(plot, own, static_path))
+
+
+def test_a_gif_moves(runs, tmp_path):
+    path = tmp_path / "motion.gif"
+    done = corovec("animate", runs[0], "-o", path, "--frames", "5", "--fps", "20")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{path}\n", "")
+    with Image.open(path) as film:
+        assert film.n_frames == 5 and film.info["duration"] == 50
+        pictures = []
+        for k in range(5):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB"), dtype=float))
+    left = slice(0, 500)  # the shell's half of the picture
+    for one, two in zip(pictures, pictures[1:]):
+        assert np.mean(np.abs(one - two)[:, left].max(axis=2) > 30.0) > 1e-3
+    assert [path.name for path in tmp_path.iterdir()] == ["motion.gif"]
+
+
+def test_a_page_holds_all_frames(runs, tmp_path):
+    path = tmp_path / "motion.html"
+    assert call(animate, runs[0], "-o", path, "--follow", "--view", 40, -30).exit_code == 0
+    assert path.read_text().count("data:image/png;base64") == 13
+
+
+def test_an_mp4(runs, tmp_path):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "motion.mp4"
+    assert call(animate, runs[0], "-o", path, "--frames", 6, "--fps", 10).exit_code == 0
+    frames, seconds = ffmpeg.count_frames_and_secs(str(path))
+    assert frames == 6 and seconds == pytest.approx(0.6, abs=0.05)
+
+
+def test_an_mp4_without_ffmpeg(runs, tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
+    error = refused(animate, runs[0], "-o", tmp_path / "a.mp4")
+    assert isinstance(error, InputError) and "corovec[mp4]" in str(error)
+
+
+@pytest.mark.parametrize("name, options, message", [
+    ("a.avi", (), "a.avi: the ending of a film must be one of: .gif, .mp4, .html"),
+    ("a.gif", ("--fps", 0), "fps must be positive"),
+    ("a.gif", ("--fps", 60), "fps must be 50 at most in a GIF, is 60"),
+    ("a.gif", ("--frames", 1), "frames must be 2 at least, is 1"),
+    ("a.gif", ("--view", "nan", 0), "view must be finite"),
+    ("none/a.gif", (), "no folder"),
+])
+def test_animate_says_what_is_wrong(runs, tmp_path, name, options, message):
+    error = refused(animate, runs[0], "-o", tmp_path / name, *options)
+    assert isinstance(error, InputError | ResultFileError) and message in str(error)
+    assert not list(tmp_path.iterdir())
+
+
+def test_animate_does_not_replace(runs, tmp_path):
+    path = tmp_path / "a.gif"
+    path.write_text("mine")
+    assert "a.gif exists" in str(refused(animate, runs[0], "-o", path, "--frames", 2))
+    assert path.read_text() == "mine"
+    assert call(animate, runs[0], "-o", path, "--frames", 2, "--overwrite").exit_code == 0
+    assert path.read_bytes()[:3] == b"GIF"
+
+
+def test_a_full_disk_is_one_line(runs, tmp_path):
+    """A limit of 20 kB a file stands for it; what was there stays."""
+    path = tmp_path / "a.gif"
+    path.write_text("mine")
+    for arguments, name in ((("animate", runs[0], "-o", path, "--frames", "4", "--overwrite"),
+                             "a.gif"),
+                            (("plot", runs[0], "--output", tmp_path / "figures"), "l30-mesh.svg")):
+        done = corovec(*arguments, preexec_fn=small_limit)
+        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+        assert f"{name} cannot be written: File too large" in done.stderr
+    assert path.read_text() == "mine"
+    assert {item.name for item in tmp_path.iterdir()} == {"a.gif", "figures"}
+    assert not list((tmp_path / "figures").glob("*.part"))
+
+
+def test_help_starts_without_matplotlib():
+    """Start-up stays fast: what draws is loaded when something is drawn."""
+    done = corovec("plot", "--help")
+    assert "corovec plot run.h5" in done.stdout
+    import subprocess
+    import sys
+    loaded = subprocess.run([sys.executable, "-c", "import sys, reports.cli; print(sorted(set("
+                             "sys.modules) & {'matplotlib', 'pandas', 'h5py', 'numpy'}))"],
+                            capture_output=True, text=True, check=True)
+    assert loaded.stdout.strip() == "[]"

@@ -1,0 +1,21 @@
+"""Verdicts of the timings: ratios beside the paper's.  Seconds of unknown machines compare not."""
+
+from verification.case import Row
+
+RATIO = 0.25
+"""What compilers and caches may change of dense/skyline, relative."""
+
+UNKNOWN = ("the paper's machine, compiler and dense elimination are not known; how much of a step "
+           "is not elimination, and what a cache makes of a dense matrix, differ")
+WITHIN = 10.0
+"""Largest ratio of our dense/skyline to the paper's that this explains, less 1."""
+
+
+def verdicts(ratios):
+    """:class:`verification.case.Row` s of a table's ratios (:func:`timing.tables.ratios`)."""
+    for row in ratios:
+        if row.get("dense_skyline") is None:
+            continue
+        yield Row(f"{row['elements']} elements: dense Gauss / skyline LDLT", row["dense_skyline"],
+                  row["paper"], "published", RATIO, "another machine", explanation=UNKNOWN,
+                  covers=WITHIN)
