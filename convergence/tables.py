@@ -54,6 +54,12 @@ def study_tables(study, outcomes):
     return tables
 
 
+def keeps_promises(verdicts):
+    """Whether all that the scheme promises holds or is explained, printed numbers left aside."""
+    promised = verdicts[verdicts["kind"] != "published"]
+    return not (promised["verdict"] == "deviates (open)").any()
+
+
 def mesh_table(study, outcomes):
     """Energy after unloading, mesh by mesh, beside the printed one: errors by both rules."""
     level = study.level(outcomes)
