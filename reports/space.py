@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 
 from solver.checks import number
 
@@ -160,12 +160,10 @@ class Space:
             normal *= np.sign(normal @ (0.5 * (start + end) - centre)) / length
             self.axes.plot(*np.transpose([start, end]), color="0.2", linewidth=0.6, zorder=1,
                            clip_on=False)
-            labels = ScalarFormatter(useOffset=False, useMathText=False)
-            labels.set_scientific(False)
-            labels.create_dummy_axis()
             places = np.repeat(ends[:1], len(ticks[along]), axis=0)
             places[:, along] = ticks[along]
-            for place, label in zip(places, labels.format_ticks(ticks[along])):
+            for place, tick in zip(places, ticks[along]):
+                label = f"{tick + 0.0:g}".replace("-", "−")
                 self.text(place, label, 9.0 * normal * (1.4, 1.0), size=7.0)
             self.text(ends.mean(axis=0), f"{'XYZ'[along]} [m]", 22.0 * normal * (1.5, 1.0))
 
