@@ -58,6 +58,12 @@ def _cross(a, b, c):
 
 
 @njit(cache=True)
+def _couple(a, b):
+    """a x b as three numbers."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@njit(cache=True)
 def normal(n, m, triad, p):
     """``p`` (3,) from its two variables; False (p untouched) where they leave the chart."""
     rest = 1.0 - n * n - m * m
@@ -218,10 +224,9 @@ def moment_forces(nodes, i, triad, p, A1, moment, f):
     smooth node, ``f_k = w_k . M`` with the spins w_k on a junction."""
     d = nodes[2][i]
     if nodes[1][i] == 2:
-        couple = np.empty(3)
-        _cross(moment, p[d], couple)
+        x, y, z = _couple(moment, p[d])
         for k in range(2):
-            f[k] = A1[d, 0, k] * couple[0] + A1[d, 1, k] * couple[1] + A1[d, 2, k] * couple[2]
+            f[k] = A1[d, 0, k] * x + A1[d, 1, k] * y + A1[d, 2, k] * z
         return
     e, G, omega = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     _frame_of(nodes[3], d, p, e)
@@ -445,11 +450,9 @@ def curvature(nodes, i, p, A1, triad, forces, moment, H):
     _, n_rot, first, _ = nodes
     d = first[i]
     if n_rot[i] == 2:
-        couple = np.empty(3)
-        _cross(moment, p[d], couple)
-        for c in range(3):
-            couple[c] = forces[d, c] - couple[c]
-        along = _dot(couple, triad[2])
+        x, y, z = _couple(moment, p[d])
+        along = ((forces[d, 0] - x) * triad[2, 0] + (forces[d, 1] - y) * triad[2, 1]
+                 + (forces[d, 2] - z) * triad[2, 2])
         nn, nm, mm = second_derivatives(p[d], triad)
         H[0, 0], H[0, 1], H[1, 0], H[1, 1] = along * nn, along * nm, along * nm, along * mm
         return
