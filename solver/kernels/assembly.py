@@ -317,7 +317,7 @@ def _reduce(numbering, chart, averaged, p_start, moments, residual, scratch):
         first = start[i]
         for c in range(3):
             unmasked[first + c] = applied[first + c] - force_x[i, c]
-        rotation.moment_forces(nodes, i, chart[i], p_mid, A1, moments[i], couple)
+        rotation.moment_forces(nodes, i, chart, p_mid, A1, moments, couple)
         for k in range(n_rot[i]):
             load = 0.0
             for d in range(directors[i], directors[i + 1]):
@@ -353,7 +353,7 @@ def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, A1, for
     start, n_rot = nodes[0], nodes[1]
     H = np.empty((3, 3))
     for i in range(start.shape[0]):
-        rotation.curvature(nodes, i, p_mid, A1, chart[i], force_p, moments[i], H)
+        rotation.curvature(nodes, i, p_mid, A1, chart, force_p, moments, H)
         for k in range(n_rot[i]):
             row = start[i] + 3 + k
             for l in range(k + 1):
