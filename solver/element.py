@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .kernels.lanes import WIDTH, zeros
+
 GAUSS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) / np.sqrt(3.0)
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SHEAR_CORRECTION = 5.0 / 6.0
@@ -40,6 +42,17 @@ class Elements(NamedTuple):
     k_b: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
+
+
+def side_by_side(array):
+    """``(n_elem, ...)`` as groups of ``WIDTH`` elements, the last one repeated to fill the last
+    group: ``(n_groups, ..., WIDTH)``, as :mod:`solver.kernels.lanes` takes them."""
+    missing = -len(array) % WIDTH
+    filled = np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
+    grouped = filled.reshape(-1, WIDTH, *array.shape[1:])
+    result = zeros((len(grouped), *array.shape[1:]))
+    result[:] = np.moveaxis(grouped, 1, -1)
+    return result
 
 
 def shape_functions(point):

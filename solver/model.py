@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from .checks import TINY, choice, existing, floats, integers, number, vector
-from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants
+from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants, side_by_side
 from .errors import InputError
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import FOLD_ANGLE, LEAST_SPREAD, Directors, check_mesh, find_directors, node_numbers
@@ -146,6 +146,8 @@ class Model:
         constants = element_constants(
             self.nodes[self.quads], self.normals[self.directors.vertices], self.thickness,
             self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
+        for name in ("y0", "r0", "l", "Q", "k_b"):
+            constants[name] = side_by_side(constants[name])
         return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
 
     @property

@@ -37,7 +37,8 @@ def evaluate(c, x, p, A=None, n_rot=(3, 3, 3, 3)):
     kernel.rotated_positions(R, y, p, yl, r)
     kernel.global_forces(R, *lengths, yl, r, f, g, f_x, f_p)
     kernel.tangent(R, *lengths, yl, r, f, g, B, e, c["Q"], c["k_b"], A, np.array(n_rot),
-                   kernel.workspace(), ke)
+                   tuple(np.empty(shape) for shape in kernel.WORK), ke)
+    ke = np.tril(ke) + np.tril(ke, -1).T
     return kernel.strain_energy(e, c["k_b"], b), np.hstack([f_x, f_p]).ravel(), ke
 
 

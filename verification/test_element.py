@@ -5,8 +5,10 @@ The element as a whole is verified by the cases of the suite ``kernel``.
 
 import numpy as np
 import pytest
+from numba import njit
 
 from solver.kernels import element as kernel
+from solver.kernels.lanes import WIDTH, lanes, zeros
 from verification import reference_element
 from verification.element_oracle import DERIVATIVES, NU, E, H, constants, relative
 from verification.jets import Jet
@@ -58,3 +60,28 @@ def test_averaged_strain_operator_is_exact(seed):
     energy = 0.5 * (e_1 @ e_1 - e_0 @ e_0)
     assert np.isclose(f.ravel() @ change, energy, rtol=1e-12)
     assert abs((B.T @ e_mid) @ change - energy) > 1e-3 * abs(energy)
+
+
+@njit
+def _strains_side_by_side(y, p, y0, r0, l, Q, R, t, b, e):
+    kernel.frame(lanes(y), lanes(R))
+    kernel.local_variables(lanes(R), lanes(y), lanes(p), lanes(y0), lanes(r0), lanes(t), lanes(b))
+    kernel.membrane_strains(lanes(l), lanes(Q), lanes(t), lanes(e))
+
+
+def test_lanes_compute_what_one_element_does_to_the_last_bit():
+    """Vector instructions round every lane as a single number, and nothing is reassociated."""
+    rng = np.random.default_rng(5)
+    given = [rng.normal(size=(*shape, WIDTH))
+             for shape in ((3, 3), (4, 3), (3, 3), (4, 2), (5, 3, 3), (5, 3, 3))]
+    shapes = ((3, 3), (3, 3), (11,), (5,))
+    together = [zeros(shape) for shape in shapes]
+    _strains_side_by_side(*given, *together)
+    for v in range(WIDTH):
+        y, p, y0, r0, l, Q = (np.ascontiguousarray(array[..., v]) for array in given)
+        R, t, b, e = (np.empty(shape) for shape in shapes)
+        kernel.frame(y, R)
+        kernel.local_variables(R, y, p, y0, r0, t, b)
+        kernel.membrane_strains(l, Q, t, e)
+        for alone, beside in zip((R, t, b, e), together):
+            assert np.array_equal(alone, beside[..., v])

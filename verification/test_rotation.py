@@ -303,7 +303,7 @@ def test_junction_derivatives(seed, follow):
     assert np.abs(again - A1).max() < 1e-13
     second = np.stack([difference(first, k) for k in range(3)], axis=3)
     forces, H = rng.normal(size=(3, 3)), np.empty((3, 3))
-    rotation.curvature(nodes, 0, p, A1, triad, forces, np.zeros(3), H)
+    rotation.curvature(nodes, 0, p, A1, triad[None], forces, np.zeros((1, 3)), H)
     assert np.abs(H - np.einsum("dc,dckl->kl", forces, second)).max() < 1e-8
     rate = rng.normal(size=3)
     step_data = (0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0)

@@ -7,63 +7,134 @@ stands at ``base[row] + offset[e, a, b] + stride * k``.
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, uint64
 
 from . import element, rotation
+from .lanes import WIDTH, lanes, new, pair
 from .rotation import CHART_LEFT
 
 
 @njit(cache=True)
+def _members(elements, group):
+    """First element of a group and how many elements it has; the last group may have fewer."""
+    first = WIDTH * group
+    return first, min(WIDTH, elements.nodes.shape[0] - first)
+
+
+@njit(cache=True)
 def _gather(x, x_low, nodes, y):
-    """Positions of vertices 2..4 relative to vertex 1 from compensated nodal positions."""
-    i = nodes[0]
-    for k in range(3):
-        j = nodes[k + 1]
-        for c in range(3):
-            y[k, c] = (x[j, c] - x[i, c]) + (x_low[j, c] - x_low[i, c])
+    """Positions of vertices 2..4 relative to vertex 1 from compensated nodal positions.
+
+    ``nodes`` (count, 4) are those of the elements of a group, ``y`` is (3, 3, WIDTH); a lane
+    without an element repeats the last one, here and below.
+    """
+    for v in range(WIDTH):
+        el = min(v, nodes.shape[0] - 1)
+        i = nodes[el, 0]
+        for k in range(3):
+            j = nodes[el, k + 1]
+            for c in range(3):
+                y[k, c, v] = (x[j, c] - x[i, c]) + (x_low[j, c] - x_low[i, c])
 
 
 @njit(cache=True)
-def _gather_normals(p, directors, q):
-    """Normals (or their rates) of the four vertices."""
-    for i in range(4):
-        for c in range(3):
-            q[i, c] = p[directors[i], c]
+def _gather_steps(dx, nodes, dy):
+    """Increments of vertices 2..4 relative to vertex 1, ``dy`` (3, 3, WIDTH)."""
+    for v in range(WIDTH):
+        el = min(v, nodes.shape[0] - 1)
+        for k in range(3):
+            for c in range(3):
+                dy[k, c, v] = dx[nodes[el, k + 1], c] - dx[nodes[el, 0], c]
 
 
 @njit(cache=True)
-def _scatter(storage, numbering, nodes, e, ke, values):
-    """Add the lower triangle of ``ke`` to the solver's storage, skipping fixed dofs."""
+def _gather_vertices(p, vertices, q):
+    """Vectors of the four vertices, ``q`` (4, 3, WIDTH)."""
+    for v in range(WIDTH):
+        el = min(v, vertices.shape[0] - 1)
+        for i in range(4):
+            for c in range(3):
+                q[i, c, v] = p[vertices[el, i], c]
+
+
+@njit(cache=True)
+def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A):
+    """Columns dp/dn of the four vertices, ``A`` (4, 3, 3, WIDTH), and how many of them are used in
+    any lane."""
+    rotations[:] = 0
+    for v in range(WIDTH):
+        el = min(v, nodes.shape[0] - 1)
+        for i in range(4):
+            used = n_rot[nodes[el, i]]
+            rotations[i] = max(rotations[i], used)
+            for c in range(3):
+                for k in range(used):
+                    A[i, c, k, v] = A1[directors[el, i], c, k]
+
+
+@njit(cache=True)
+def _gather_rows(rows, first, count, q):
+    """Rows of an element array, ``q`` (n, WIDTH)."""
+    for v in range(WIDTH):
+        el = first + min(v, count - 1)
+        for k in range(q.shape[0]):
+            q[k, v] = rows[el, k]
+
+
+@njit(cache=True)
+def _put_rows(q, first, count, rows):
+    """The opposite of :func:`_gather_rows`."""
+    for v in range(count):
+        for k in range(q.shape[0]):
+            rows[first + v, k] = q[k, v]
+
+
+@njit(cache=True)
+def _add(factor, q, vertices, total):
+    """Add ``factor`` times the vectors ``q`` (4, 3, WIDTH) of the vertices, element by element."""
+    for v in range(vertices.shape[0]):
+        for i in range(4):
+            for c in range(3):
+                total[vertices[v, i], c] += factor * q[i, c, v]
+
+
+@njit(cache=True)
+def _scatter(storage, numbering, nodes, first, v, ke, values):
+    """Add lane ``v`` of the lower triangle ``ke`` (24 * 24, WIDTH) to the solver's storage.
+
+    Fixed dofs are skipped.  Loops of constant length and unsigned indices, which are never counted
+    from the end of an array, make this twice as fast.
+    """
     base, offset, _, stride = storage
     (start, n_rot, _, _), fixed, any_fixed = numbering
     for a in range(4):
-        row_start, row_count = start[nodes[a]], 3 + n_rot[nodes[a]]
-        for b in range(4):
-            col_start, col_count = start[nodes[b]], 3 + n_rot[nodes[b]]
-            if col_start > row_start:
-                continue
-            for r in range(row_count):
-                position = base[row_start + r] + offset[e, a, b]
-                count = r + 1 if a == b else col_count
-                if any_fixed:
-                    for k in range(count):
-                        if not (fixed[row_start + r] or fixed[col_start + k]):
-                            values[position + stride * k] += ke[6 * a + r, 6 * b + k]
-                else:
-                    for k in range(count):
-                        values[position + stride * k] += ke[6 * a + r, 6 * b + k]
+        for b in range(a + 1):
+            # the rows of storage are the later dofs: the rows of this block of ke, or its columns
+            swap = start[nodes[v, b]] > start[nodes[v, a]]
+            i, j = (b, a) if swap else (a, b)
+            row_step, col_step = (1, 24) if swap else (24, 1)
+            row, row_count = start[nodes[v, i]], 3 + n_rot[nodes[v, i]]
+            col, col_count = start[nodes[v, j]], 3 + n_rot[nodes[v, j]]
+            for r in range(6):
+                if r >= row_count:
+                    continue
+                position = base[row + r] + offset[first + v, i, j]
+                entry = 24 * 6 * a + 6 * b + row_step * r
+                used = r + 1 if a == b else col_count
+                for k in range(6):
+                    if k < used and not (any_fixed and (fixed[row + r] or fixed[col + k])):
+                        values[uint64(position + stride * k)] += ke[uint64(entry + col_step * k),
+                                                                    uint64(v)]
 
 
 @njit(cache=True)
 def _combine(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
     """``ke = stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
-    for i in range(24):
-        for j in range(24):
-            ke[i, j] *= stiffness_factor
-    if mass_factor == 0.0:
-        return
     for i in range(4):
-        for j in range(4):
+        for j in range(i + 1):
+            for r in range(3 + n_rot[i]):
+                for k in range(3 + n_rot[j]):
+                    ke[6 * i + r, 6 * j + k] *= stiffness_factor
             m_ij = mass_factor * mass[i, j]
             for c in range(3):
                 ke[6 * i + c, 6 * j + c] += m_ij
@@ -125,99 +196,107 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         values[:] = 0.0
 
     n_s = elements.l.shape[1]
-    R = np.empty((3, 3))
-    y_0, y, p = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
-    t, b, e = np.empty((3, 3)), np.empty(11), np.empty(n_s)
-    B, f, g = np.empty((n_s, 9)), np.empty((3, 3)), np.empty((4, 2))
-    yl, r = np.empty((3, 3)), np.empty((4, 3))
-    f_x, f_p = np.empty((4, 3)), np.empty((4, 3))
-    A, rotations = np.zeros((4, 3, 3)), np.empty(4, np.int64)
-    ke, pushed = np.zeros((24, 24)), np.empty((4, 3))
+    # of the elements of a group side by side; what ends in _ is read or written lane by lane
+    (x_, y_0), (dx_, dy), (y_, y), (p_, p) = pair((3, 3)), pair((3, 3)), pair((3, 3)), pair((4, 3))
+    (t_, t_0), (b_, b_0), (e_, e_0) = pair((3, 3)), pair((11,)), pair((n_s,))
+    (force_x_, f_x), (force_p_, f_p) = pair((4, 3)), pair((4, 3))
+    (a_x_, a_x), (a_p_, a_p), (A_, A) = pair((4, 3)), pair((4, 3)), pair((4, 3, 3))
+    (mass_, mass), (inertia_, inertia), (ke_, ke) = pair((4, 4)), pair((1,)), pair((24, 24))
+    R, t, b, e = new((3, 3)), new((3, 3)), new((11,)), new((n_s,))
+    B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
+    rotations, pushed = np.empty(4, np.int64), np.empty((4, 3))
     work = element.workspace()
 
-    for el in range(elements.nodes.shape[0]):
-        nodes, directors = elements.nodes[el], elements.directors[el]
-        l_s, Q, k_b = elements.l[el], elements.Q[el], elements.k_b[el]
-        _gather(x, x_low, nodes, y_0)
+    for group in range(elements.l.shape[0]):
+        first, count = _members(elements, group)
+        nodes = elements.nodes[first:first + count]
+        directors = elements.directors[first:first + count]
+        y0, r0, l_s = lanes(elements.y0[group]), lanes(elements.r0[group]), lanes(elements.l[group])
+        Q, k_b = lanes(elements.Q[group]), lanes(elements.k_b[group])
+        _gather(x, x_low, nodes, x_)
+        _gather_steps(dx, nodes, dx_)
+        _gather_rows(t_start.reshape(-1, 9), first, count, t_.reshape(9, WIDTH))
+        _gather_rows(b_start, first, count, b_)
+        _gather_rows(e_start, first, count, e_)
+        _gather_rows(elements.mass.reshape(-1, 16), first, count, mass_.reshape(16, WIDTH))
+        _gather_rows(elements.inertia.reshape(-1, 1), first, count, inertia_)
 
         # strains at the end of the step, averaged with those at its start (Eq. 70)
         for k in range(3):
             for c in range(3):
-                y[k, c] = y_0[k, c] + (dx[nodes[k + 1], c] - dx[nodes[0], c])
-        _gather_normals(p_end, directors, p)
+                y[k, c] = y_0[k, c] + dy[k, c]
+        _gather_vertices(p_end, directors, p_)
         lengths_end = element.frame(y, R)
-        element.local_variables(R, y, p, elements.y0[el], elements.r0[el], t, b)
+        element.local_variables(R, y, p, y0, r0, t, b)
         element.membrane_strains(l_s, Q, t, e)
         for k in range(3):
             for c in range(3):
-                t[k, c] = weight * t[k, c] + alpha_f * t_start[el, k, c]
+                t[k, c] = weight * t[k, c] + alpha_f * t_0[k, c]
         for k in range(11):
-            b[k] = weight * b[k] + alpha_f * b_start[el, k]
+            b[k] = weight * b[k] + alpha_f * b_0[k]
         for s in range(n_s):
-            e[s] = weight * e[s] + alpha_f * e_start[el, s]
+            e[s] = weight * e[s] + alpha_f * e_0[s]
         element.local_forces(l_s, Q, k_b, t, b, e, B, f, g)
 
         if averaged:
             element.rotated_positions(R, y, p, yl, r)
             element.global_forces(R, *lengths_end, yl, r, f, g, f_x, f_p)
-            for i in range(4):
-                for c in range(3):
-                    force_x[nodes[i], c] += weight * f_x[i, c]
-                    ends_p[0, directors[i], c] += weight * f_p[i, c]
-            _gather_normals(p_start, directors, p)
+            _add(weight, force_x_, nodes, force_x)
+            _add(weight, force_p_, directors, ends_p[0])
+            _gather_vertices(p_start, directors, p_)
             lengths_start = element.frame(y_0, R)
             element.rotated_positions(R, y_0, p, yl, r)
             element.global_forces(R, *lengths_start, yl, r, f, g, f_x, f_p)
-            for i in range(4):
-                for c in range(3):
-                    force_x[nodes[i], c] += alpha_f * f_x[i, c]
-                    ends_p[1, directors[i], c] += alpha_f * f_p[i, c]
+            _add(alpha_f, force_x_, nodes, force_x)
+            _add(alpha_f, force_p_, directors, ends_p[1])
 
         # T at the generalized midpoint
         for k in range(3):
             for c in range(3):
-                y[k, c] = y_0[k, c] + weight * (dx[nodes[k + 1], c] - dx[nodes[0], c])
-        _gather_normals(p_mid, directors, p)
+                y[k, c] = y_0[k, c] + weight * dy[k, c]
+        _gather_vertices(p_mid, directors, p_)
         a_13, b_13, L13, L24 = element.frame(y, R)
         element.rotated_positions(R, y, p, yl, r)
         element.global_forces(R, a_13, b_13, L13, L24, yl, r, f, g, f_x, f_p)
-        pressed = any_pressure and pressures[el] != 0.0
-        if pressed:
-            element.pressure_forces(y, pressures[el], pushed)
-            for i in range(4):
-                for c in range(3):
-                    residual[2, start[nodes[i]] + c] += pushed[i, c]
+        if not averaged:
+            _add(1.0, force_x_, nodes, force_x)
+        _add(1.0, force_p_, directors, force_p)
+        _gather_vertices(inertial_x, nodes, a_x_)
+        _gather_vertices(inertial_p, directors, a_p_)
         for i in range(4):
             for c in range(3):
-                force_p[directors[i], c] += f_p[i, c]
-                if not averaged:
-                    force_x[nodes[i], c] += f_x[i, c]
-        mass, inertia = elements.mass[el], elements.inertia[el]
-        for i in range(4):
-            for j in range(4):
-                m_ij = mass[i, j]
-                for c in range(3):
-                    force_x[nodes[i], c] += m_ij * inertial_x[nodes[j], c]
-                    rate_p[directors[i], c] += m_ij * inertia * inertial_p[directors[j], c]
+                f_x[i, c] = (mass[i, 0] * a_x[0, c] + mass[i, 1] * a_x[1, c]
+                             + mass[i, 2] * a_x[2, c] + mass[i, 3] * a_x[3, c])
+                f_p[i, c] = inertia[0] * (mass[i, 0] * a_p[0, c] + mass[i, 1] * a_p[1, c]
+                                          + mass[i, 2] * a_p[2, c] + mass[i, 3] * a_p[3, c])
+        _add(1.0, force_x_, nodes, force_x)
+        _add(1.0, force_p_, directors, rate_p)
+        if any_pressure:
+            for v in range(count):
+                element.pressure_forces(y_[:, :, v], pressures[first + v], pushed)
+                for i in range(4):
+                    for c in range(3):
+                        residual[2, start[nodes[v, i]] + c] += pushed[i, c]
         if with_tangent:
-            for i in range(4):
-                rotations[i] = n_rot[nodes[i]]
-                for c in range(3):
-                    for k in range(rotations[i]):
-                        A[i, c, k] = A1[directors[i], c, k]
+            _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_)
             if use_mixed:
-                e[:] = e_mixed[el]
-                b[:] = b_mixed[el]
+                _gather_rows(b_mixed, first, count, b_)
+                _gather_rows(e_mixed, first, count, e_)
+                b[:], e[:] = b_0, e_0
                 element.local_forces(l_s, Q, k_b, t, b, e, B, f, g)
                 for i in range(4):
                     for c in range(3):
-                        ends_p[0, directors[i], c] += R[0, c] * g[i, 0] + R[1, c] * g[i, 1]
+                        f_p[i, c] = R[0, c] * g[i, 0] + R[1, c] * g[i, 1]
+                _add(1.0, force_p_, directors, ends_p[0])
             element.tangent(R, a_13, b_13, L13, L24, yl, r, f, g, B, e, Q, k_b, A, rotations,
                             work, ke)
-            if pressed:
-                element.add_pressure_stiffness(y, pressures[el], ke)
-            _combine(k_factor, c_delta, mass, inertia, A, rotations, ke)
-            _scatter(storage, numbering, nodes, el, ke, values)
+            if any_pressure:
+                for v in range(count):
+                    element.add_pressure_stiffness(y_[:, :, v], pressures[first + v],
+                                                   ke_[:, :, v])
+            _combine(k_factor, c_delta, mass, inertia[0], A, rotations, ke)
+            for v in range(count):
+                _scatter(storage, numbering, nodes, first, v, ke_.reshape(576, WIDTH), values)
 
     _reduce(numbering, chart, averaged, p_start, moments, residual, scratch)
     if with_tangent:
@@ -238,7 +317,7 @@ def _reduce(numbering, chart, averaged, p_start, moments, residual, scratch):
         first = start[i]
         for c in range(3):
             unmasked[first + c] = applied[first + c] - force_x[i, c]
-        rotation.moment_forces(nodes, i, chart[i], p_mid, A1, moments[i], couple)
+        rotation.moment_forces(nodes, i, chart, p_mid, A1, moments, couple)
         for k in range(n_rot[i]):
             load = 0.0
             for d in range(directors[i], directors[i + 1]):
@@ -274,7 +353,7 @@ def _finish_tangent(storage, numbering, chart, k_factor, moments, p_mid, A1, for
     start, n_rot = nodes[0], nodes[1]
     H = np.empty((3, 3))
     for i in range(start.shape[0]):
-        rotation.curvature(nodes, i, p_mid, A1, chart[i], force_p, moments[i], H)
+        rotation.curvature(nodes, i, p_mid, A1, chart, force_p, moments, H)
         for k in range(n_rot[i]):
             row = start[i] + 3 + k
             for l in range(k + 1):
@@ -297,49 +376,56 @@ def predict_strains(elements, numbering, x, x_low, p, A1, state, correction, e_n
     """
     start, n_rot = numbering[0], numbering[1]
     _, t_now, b_now, e_now = state
-    R, y, q = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
-    yl, r = np.empty((3, 3)), np.empty((4, 3))
-    dy, dp, dt = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    for el in range(elements.nodes.shape[0]):
-        nodes, directors = elements.nodes[el], elements.directors[el]
-        _gather(x, x_low, nodes, y)
-        _gather_normals(p, directors, q)
-        a, b, L1, L2 = element.frame(y, R)
+    n_s = e_now.shape[1]
+    (y_, y), (q_, q), (d_, d) = pair((3, 3)), pair((4, 3)), pair((3, 3))
+    (dp_, dp), (t_, t), (b_, b), (e_, e) = pair((4, 3)), pair((3, 3)), pair((11,)), pair((n_s,))
+    R, yl, r = new((3, 3)), new((3, 3)), new((4, 3))
+    dy, dt = new((3, 3)), new((3, 3))
+    for group in range(elements.l.shape[0]):
+        first, count = _members(elements, group)
+        nodes = elements.nodes[first:first + count]
+        directors = elements.directors[first:first + count]
+        _gather(x, x_low, nodes, y_)
+        _gather_vertices(p, directors, q_)
+        _gather_rows(t_now.reshape(-1, 9), first, count, t_.reshape(9, WIDTH))
+        _gather_rows(b_now, first, count, b_)
+        _gather_rows(e_now, first, count, e_)
+        for v in range(count):
+            for k in range(3):
+                for c in range(3):
+                    d_[k, c, v] = (correction[start[nodes[v, k + 1]] + c]
+                                   - correction[start[nodes[v, 0]] + c])
+            for i in range(4):
+                rates = start[nodes[v, i]] + 3
+                for c in range(3):
+                    dp_[i, c, v] = 0.0
+                    for k in range(n_rot[nodes[v, i]]):
+                        dp_[i, c, v] += A1[directors[v, i], c, k] * correction[rates + k]
+        a_13, b_13, L13, L24 = element.frame(y, R)
         element.rotated_positions(R, y, q, yl, r)
         for k in range(3):
             for c in range(3):
-                dy[k, c] = 0.0
-                for d in range(3):
-                    dy[k, c] += R[c, d] * (correction[start[nodes[k + 1]] + d]
-                                           - correction[start[nodes[0]] + d])
-        phi = element.frame_rotation(a, b, L1, L2, dy)
+                dy[k, c] = R[c, 0] * d[k, 0] + R[c, 1] * d[k, 1] + R[c, 2] * d[k, 2]
+        phi = element.frame_rotation(a_13, b_13, L13, L24, dy)
         for k in range(3):
             dt[k, 0] = dy[k, 0] + yl[k, 1] * phi[2] - yl[k, 2] * phi[1]
             dt[k, 1] = dy[k, 1] + yl[k, 2] * phi[0] - yl[k, 0] * phi[2]
             dt[k, 2] = dy[k, 2] + yl[k, 0] * phi[1] - yl[k, 1] * phi[0]
-            b_next[el, k] = b_now[el, k] + dt[k, 2]
+            b[k] += dt[k, 2]
         for i in range(4):
-            first = start[nodes[i]] + 3
-            for c in range(3):
-                dp[c] = 0.0
-                for k in range(n_rot[nodes[i]]):
-                    dp[c] += A1[directors[i], c, k] * correction[first + k]
-            for c in range(2):
-                turned = R[c, 0] * dp[0] + R[c, 1] * dp[1] + R[c, 2] * dp[2]
-                if c == 0:
-                    turned += r[i, 1] * phi[2] - r[i, 2] * phi[1]
-                else:
-                    turned += r[i, 2] * phi[0] - r[i, 0] * phi[2]
-                b_next[el, 3 + 2 * i + c] = b_now[el, 3 + 2 * i + c] + turned
-        for s in range(e_now.shape[1]):
-            change = 0.0
+            b[3 + 2 * i] += (R[0, 0] * dp[i, 0] + R[0, 1] * dp[i, 1] + R[0, 2] * dp[i, 2]
+                             + (r[i, 1] * phi[2] - r[i, 2] * phi[1]))
+            b[4 + 2 * i] += (R[1, 0] * dp[i, 0] + R[1, 1] * dp[i, 1] + R[1, 2] * dp[i, 2]
+                             + (r[i, 2] * phi[0] - r[i, 0] * phi[2]))
+        l_s, Q = lanes(elements.l[group]), lanes(elements.Q[group])
+        for s in range(n_s):
             for k in range(3):
-                slope = elements.l[el, s, k, 2]
+                slope = l_s[s, k, 2]
                 for j in range(3):
-                    slope += elements.Q[el, s, k, j] * t_now[el, j, 2]
-                change += (elements.l[el, s, k, 0] * dt[k, 0] + elements.l[el, s, k, 1] * dt[k, 1]
-                           + slope * dt[k, 2])
-            e_next[el, s] = e_now[el, s] + change
+                    slope += Q[s, k, j] * t[j, 2]
+                e[s] += l_s[s, k, 0] * dt[k, 0] + l_s[s, k, 1] * dt[k, 1] + slope * dt[k, 2]
+        _put_rows(b_, first, count, b_next)
+        _put_rows(e_, first, count, e_next)
 
 
 @njit(cache=True)
@@ -377,29 +463,35 @@ def observe(elements, nodal_mass, x, x_low, p, v, p_dot, start_state, element_en
     """
     p_start, t_start, b_start, e_start = start_state
     result = np.zeros(13)
-    R = np.empty((3, 3))
-    y, q = np.empty((3, 3)), np.empty((4, 3))
-    vx, vp = np.empty((4, 3)), np.empty((4, 3))
+    n_s = e_start.shape[1]
+    (y_, y), (p_, normals), (t_, t) = pair((3, 3)), pair((4, 3)), pair((3, 3))
+    (b_, b), (e_, e), (W_, W), R = pair((11,)), pair((n_s,)), pair((1,)), new((3, 3))
+    vx, vp, q = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
     X = np.empty((4, 3))
     kinetic, strain = 0.0, 0.0
     for i in range(p.shape[0]):
         for c in range(3):
             p_start[i, c] = p[i, c]
-    for el in range(elements.nodes.shape[0]):
-        nodes, directors = elements.nodes[el], elements.directors[el]
-        _gather(x, x_low, nodes, y)
-        _gather_normals(p, directors, q)
-        _gather_normals(p_dot, directors, vp)
-        for i in range(4):
-            for c in range(3):
-                vx[i, c] = v[nodes[i], c]
-                X[i, c] = x[nodes[i], c] + x_low[nodes[i], c]
+    for group in range(elements.l.shape[0]):
+        first, count = _members(elements, group)
+        _gather(x, x_low, elements.nodes[first:first + count], y_)
+        _gather_vertices(p, elements.directors[first:first + count], p_)
         element.frame(y, R)
-        element.local_variables(R, y, q, elements.y0[el], elements.r0[el], t_start[el],
-                                b_start[el])
-        element.membrane_strains(elements.l[el], elements.Q[el], t_start[el], e_start[el])
-        element_energy[el] = element.strain_energy(e_start[el], elements.k_b[el], b_start[el])
+        element.local_variables(R, y, normals, lanes(elements.y0[group]), lanes(elements.r0[group]),
+                                t, b)
+        element.membrane_strains(lanes(elements.l[group]), lanes(elements.Q[group]), t, e)
+        W[0] = element.strain_energy(e, lanes(elements.k_b[group]), b)
+        _put_rows(t_.reshape(9, WIDTH), first, count, t_start.reshape(-1, 9))
+        _put_rows(b_, first, count, b_start)
+        _put_rows(e_, first, count, e_start)
+        _put_rows(W_, first, count, element_energy.reshape(-1, 1))
+    for el in range(elements.nodes.shape[0]):
         strain += element_energy[el]
+        for i in range(4):
+            node, director = elements.nodes[el, i], elements.directors[el, i]
+            for c in range(3):
+                vx[i, c], vp[i, c] = v[node, c], p_dot[director, c]
+                X[i, c], q[i, c] = x[node, c] + x_low[node, c], p[director, c]
         mass, inertia = elements.mass[el], elements.inertia[el]
         for i in range(4):
             px, py, pz, wx, wy, wz, lumped = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -20,6 +20,8 @@ import math
 import numpy as np
 from numba import njit
 
+from .lanes import new
+
 GAUSS = 1.0 / math.sqrt(3.0)
 
 
@@ -240,21 +242,20 @@ def _frame_stiffness(a, b, L1, L2, yl, r, f, g, E, C):
 def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
     """Element tangent ``T^T k_T T + dT/du : f_int``, Eq. (63), but for second derivatives of p.
 
-    The columns ``A[i, :, :n_rot[i]]`` are the directions dp_i/dn_i.  ``ke`` (24, 24) receives, for
-    vertex i, rows 6 i + (0, 1, 2) for x_i and 6 i + 3 + c for column c of A_i; unused rows are left
-    alone.  ``work`` comes from :func:`workspace`.
+    The columns ``A[i, :, :n_rot[i]]`` are the directions dp_i/dn_i.  ``ke`` (24, 24) receives the
+    lower triangle, for vertex i in rows 6 i + (0, 1, 2) for x_i and 6 i + 3 + c for column c of
+    A_i; unused rows are left alone.  ``work`` are arrays of the shapes ``WORK``.
     """
     k_m, P_x, P_p, P_b, E, C, V1, V2, D, block = work
     h1, h2 = 0.5 / L1, 0.5 / L2
 
     # local membrane stiffness: B^T D B + sum_s N_s Q_s, then bending and shear on w
     for i in range(9):
-        for j in range(9):
-            k_m[i, j] = 0.0
-        for s in range(B.shape[0]):
-            B_si = B[s, i]
-            for j in range(9):
-                k_m[i, j] += B_si * B[s, j]
+        for j in range(i + 1):
+            k_ij = 0.0
+            for s in range(B.shape[0]):
+                k_ij += B[s, i] * B[s, j]
+            k_m[i, j] = k_m[j, i] = k_ij
     for k in range(3):
         for j in range(3):
             w_w = k_b[k, j]
@@ -359,12 +360,10 @@ def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
                     ke[6 * k + 6 + c, 6 * j + 6 + d] = entry
                     ke[6 * k + 6 + c, d] -= entry
                     if j < k:
-                        ke[6 * j + 6 + d, 6 * k + 6 + c] = entry
                         ke[6 * j + 6 + d, c] -= entry
     for k in range(3):
         for c in range(3):
             for d in range(3):
-                ke[c, 6 * k + 6 + d] = ke[6 * k + 6 + d, c]
                 ke[c, d] -= ke[6 * k + 6 + c, d]
 
     # normals: D_j = R A_j; coupling with translations through k_b and the frame
@@ -386,15 +385,10 @@ def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
                 entry_2 = R[2, c] * k_2 - frame_24
                 entry_3 = R[2, c] * k_3 + R[0, c] * v1x + R[1, c] * v1y + R[2, c] * v1z
                 entry_4 = R[2, c] * k_4 + frame_24
-                entry_1 = -(entry_2 + entry_3 + entry_4)
-                ke[c, col] = entry_1
-                ke[6 + c, col] = entry_2
-                ke[12 + c, col] = entry_3
-                ke[18 + c, col] = entry_4
-                ke[col, c] = entry_1
-                ke[col, 6 + c] = entry_2
-                ke[col, 12 + c] = entry_3
-                ke[col, 18 + c] = entry_4
+                ke[col, c] = -(entry_2 + entry_3 + entry_4)
+                ke[max(col, 6 + c), min(col, 6 + c)] = entry_2
+                ke[max(col, 12 + c), min(col, 12 + c)] = entry_3
+                ke[max(col, 18 + c), min(col, 18 + c)] = entry_4
     for i in range(4):
         for j in range(i + 1):
             k_xx, k_xy = k_b[3 + 2 * i, 3 + 2 * j], k_b[3 + 2 * i, 4 + 2 * j]
@@ -403,9 +397,7 @@ def tangent(R, a, b, L1, L2, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
                 k_x = k_xx * D[j, 0, n] + k_xy * D[j, 1, n]
                 k_y = k_yx * D[j, 0, n] + k_yy * D[j, 1, n]
                 for m in range(n_rot[i]):
-                    entry = D[i, 0, m] * k_x + D[i, 1, m] * k_y
-                    ke[6 * i + 3 + m, 6 * j + 3 + n] = entry
-                    ke[6 * j + 3 + n, 6 * i + 3 + m] = entry
+                    ke[6 * i + 3 + m, 6 * j + 3 + n] = D[i, 0, m] * k_x + D[i, 1, m] * k_y
 
 
 @njit(cache=True)
@@ -464,9 +456,12 @@ def add_pressure_stiffness(y, pressure, ke):
                         ke[6 * j + d, 6 * i + e] -= a_c
 
 
-@njit(cache=True)
+WORK = ((9, 9), (9, 3), (4, 3, 3), (11, 3), (3, 3), (6, 6), (9, 3), (9, 3), (4, 3, 3), (3, 3))
+"""Shapes of the scratch arrays ``work`` of :func:`tangent`."""
+
+
+@njit(cache=True, no_cpython_wrapper=True)
 def workspace():
-    """Scratch arrays of :func:`tangent`, made once for all elements."""
-    return (np.empty((9, 9)), np.empty((9, 3)), np.empty((4, 3, 3)), np.empty((11, 3)),
-            np.empty((3, 3)), np.empty((6, 6)), np.empty((9, 3)), np.empty((9, 3)),
-            np.empty((4, 3, 3)), np.empty((3, 3)))
+    """Scratch lanes of :func:`tangent`, made once for all elements."""
+    return (new(WORK[0]), new(WORK[1]), new(WORK[2]), new(WORK[3]), new(WORK[4]), new(WORK[5]),
+            new(WORK[6]), new(WORK[7]), new(WORK[8]), new(WORK[9]))

@@ -58,6 +58,20 @@ def _cross(a, b, c):
 
 
 @njit(cache=True)
+def _along(p, triad, k):
+    """p . t_k; a slice ``triad[k]`` would be counted as a reference, which takes longer."""
+    return p[0] * triad[k, 0] + p[1] * triad[k, 1] + p[2] * triad[k, 2]
+
+
+@njit(cache=True)
+def _couple(moments, i, p, d):
+    """Couple ``M_i x p_d`` as three numbers."""
+    return (moments[i, 1] * p[d, 2] - moments[i, 2] * p[d, 1],
+            moments[i, 2] * p[d, 0] - moments[i, 0] * p[d, 2],
+            moments[i, 0] * p[d, 1] - moments[i, 1] * p[d, 0])
+
+
+@njit(cache=True)
 def normal(n, m, triad, p):
     """``p`` (3,) from its two variables; False (p untouched) where they leave the chart."""
     rest = 1.0 - n * n - m * m
@@ -72,8 +86,8 @@ def normal(n, m, triad, p):
 @njit(cache=True)
 def first_derivatives(p, triad, A1):
     """``A1`` (3, >=2) of Eq. (27): ``dp/dn = t_1 - (n/s) t_3``, ``dp/dm = t_2 - (m/s) t_3``."""
-    s = _dot(p, triad[2])
-    a, b = _dot(p, triad[0]) / s, _dot(p, triad[1]) / s
+    s = _along(p, triad, 2)
+    a, b = _along(p, triad, 0) / s, _along(p, triad, 1) / s
     for c in range(3):
         A1[c, 0] = triad[0, c] - a * triad[2, c]
         A1[c, 1] = triad[1, c] - b * triad[2, c]
@@ -82,7 +96,7 @@ def first_derivatives(p, triad, A1):
 @njit(cache=True)
 def second_derivatives(p, triad):
     """``(s_nn, s_nm, s_mm)`` of Eq. (29) for s = p . t_3; the other components are linear."""
-    n, m, s = _dot(p, triad[0]), _dot(p, triad[1]), _dot(p, triad[2])
+    n, m, s = _along(p, triad, 0), _along(p, triad, 1), _along(p, triad, 2)
     cube = s * s * s
     return -1.0 / s - n * n / cube, -n * m / cube, -1.0 / s - m * m / cube
 
@@ -213,21 +227,21 @@ def derivatives(nodes, chart, p, A1):
 
 
 @njit(cache=True)
-def moment_forces(nodes, i, triad, p, A1, moment, f):
+def moment_forces(nodes, i, chart, p, A1, moments, f):
     """Generalized forces of a moment M about fixed axes at node i: ``f_n = A1^T (M x p)`` on a
     smooth node, ``f_k = w_k . M`` with the spins w_k on a junction."""
     d = nodes[2][i]
     if nodes[1][i] == 2:
-        couple = np.empty(3)
-        _cross(moment, p[d], couple)
+        x, y, z = _couple(moments, i, p, d)
         for k in range(2):
-            f[k] = A1[d, 0, k] * couple[0] + A1[d, 1, k] * couple[1] + A1[d, 2, k] * couple[2]
+            f[k] = A1[d, 0, k] * x + A1[d, 1, k] * y + A1[d, 2, k] * z
         return
     e, G, omega = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     frame_of(nodes[3], d, p, e)
-    spins(e, triad, G, omega)
+    spins(e, chart[i], G, omega)
     for k in range(3):
-        f[k] = omega[0, k] * moment[0] + omega[1, k] * moment[1] + omega[2, k] * moment[2]
+        f[k] = (omega[0, k] * moments[i, 0] + omega[1, k] * moments[i, 1]
+                + omega[2, k] * moments[i, 2])
 
 
 @njit(cache=True)
@@ -435,7 +449,7 @@ def advance_nodes(nodes, motion, step, delta, scratch):
 
 
 @njit(cache=True)
-def curvature(nodes, i, p, A1, triad, forces, moment, H):
+def curvature(nodes, i, p, A1, chart, forces, moments, H):
     """``H = sum f_p . d2p/dn2`` over the directors of node i (n_rot x n_rot), the last term of the
     tangent by the chain rule, less that of a moment M about fixed axes.
 
@@ -443,13 +457,11 @@ def curvature(nodes, i, p, A1, triad, forces, moment, H):
     ``f . p,kl = w_k,l . (p x f - M) + f . (w_k x (w_l x p))``, symmetric part of the M term.
     """
     _, n_rot, first, _ = nodes
-    d = first[i]
+    d, triad = first[i], chart[i]
     if n_rot[i] == 2:
-        couple = np.empty(3)
-        _cross(moment, p[d], couple)
-        for c in range(3):
-            couple[c] = forces[d, c] - couple[c]
-        along = _dot(couple, triad[2])
+        x, y, z = _couple(moments, i, p, d)
+        along = ((forces[d, 0] - x) * triad[2, 0] + (forces[d, 1] - y) * triad[2, 1]
+                 + (forces[d, 2] - z) * triad[2, 2])
         nn, nm, mm = second_derivatives(p[d], triad)
         H[0, 0], H[0, 1], H[1, 0], H[1, 1] = along * nn, along * nm, along * nm, along * mm
         return
@@ -458,7 +470,7 @@ def curvature(nodes, i, p, A1, triad, forces, moment, H):
     frame_of(nodes[3], first[i], p, e)
     spins(e, triad, G, omega)
     for c in range(3):
-        total[c] = -moment[c]
+        total[c] = -moments[i, c]
     for d in range(first[i], first[i + 1]):
         _cross(p[d], forces[d], part)
         for c in range(3):
