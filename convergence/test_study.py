@@ -164,7 +164,7 @@ def test_a_bad_scheme_is_found_out():
     case_study = CaseStudy("l-plate")
     verdicts = changed(case_study, run_studies([case_study], Formulas()), bad)
     for name in ("energy against dt: order", "energy drift against dt: order",
-                 "energy lost with rho_inf = 0.9 / change with 1",
+                 "energy change with rho_inf = 1 + drift - change with 0.9",
                  "linear momentum drift, 10 s, dt = 0.00125 s",
                  "angular momentum drift, 10 s, dt = 0.00125 s",
                  "time step for an energy drift of 1e-06 [s]"):
