@@ -26,13 +26,15 @@ FRAMES = 8
 
 
 class Drawn(NamedTuple):
-    """A load: forces (n, 3) at their largest [N], per length for a line load of a case [N/m]."""
+    """A load: forces (n, 3) at their largest [N], per length for a line load of a case [N/m]; its
+    function of time with the label of its axis."""
 
     name: str
     nodes: list
     forces: np.ndarray
     function: str
     history: TimeFunction
+    label: str
 
 
 @styled
@@ -56,7 +58,8 @@ def mesh_and_loads(model, case=None, view=None):
     corners = model.nodes[model.quads]
     loads = _nodal_loads(model) if case is None else _case_loads(model, case)
     points = {name: point.value for name, point in case.points.items()} if case else {}
-    functions = {load.function: load.history for load in loads if len(load.history.times) > 1}
+    varying = [load for load in loads if len(load.history.times) > 1]
+    functions = {load.function: load.history for load in varying}
     view = best_view(corners) if view is None else View(*view)
     ends = [_arrows(model, load, loads) for load in loads]
     box = bounds(model.nodes, *ends)
@@ -74,7 +77,8 @@ def mesh_and_loads(model, case=None, view=None):
         space.dot(point, BLUE)
         space.text(point, name, (8.0, -8.0), color=BLUE, weight="bold")
     if functions:
-        _draw_functions(figure.add_subplot(grid[1, 1]), functions)
+        _draw_functions(figure.add_subplot(grid[1, 1]), functions,
+                        dict.fromkeys(load.label for load in varying))
     return figure, _mesh_table(model, loads, points, functions)
 
 
@@ -165,21 +169,24 @@ def _nodal_loads(model):
     for load in getattr(model, "loads", ()):
         if isinstance(load, NodalLoad):
             found.setdefault(load.history, []).append(load)
+    names = [f"f{k}" for k in range(1, len(found) + 1)] if len(found) > 1 else ["f"]
     return [Drawn("", [load.node for load in loads],
-                  np.array([load.force for load in loads]) * _peak(history),
-                  f"f{k}" if len(found) > 1 else "f", history)
-            for k, (history, loads) in enumerate(found.items(), 1)]
+                  np.array([load.force for load in loads]) * _peak(history), name, history,
+                  f"{name}(t) [–]")
+            for name, (history, loads) in zip(names, found.items())]
 
 
 def _case_loads(model, case):
     """The loads of a case by their names."""
     drawn = []
     for load in case.loads:
-        history = case.histories[load.history].function()
+        definition = case.histories[load.history]
+        history = definition.function()
+        unit = definition.peak.unit if definition.peak else definition.unit
         nodes = [one.node for one in load.nodal(model.nodes, model.quads, history)]
         force = np.array(load.force.value) * _peak(history)
         drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.history,
-                           history))
+                           history, f"{load.history}(t) [{unit or '–'}]"))
     return drawn
 
 
@@ -208,10 +215,10 @@ def _name_load(space, load, arrow, nodes):
     space.text(free, load.name, 8.0 * way / (np.linalg.norm(way) or 1.0), color=VERMILLION)
 
 
-def _draw_functions(axes, functions):
+def _draw_functions(axes, functions, labels):
     for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
         axes.plot(history.times, history.values, color=colour, linestyle=dashes, label=f"{name}(t)")
-    axes.set(xlabel="time [s]", ylabel=", ".join(f"{name}(t)" for name in functions))
+    axes.set(xlabel="time [s]", ylabel=", ".join(labels))
     if len(functions) > 1:
         axes.legend()
 
