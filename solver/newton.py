@@ -30,12 +30,12 @@ EXACT = 1e-18
 STALLED = 0.25
 """Part of the work that may be left after a correction with a kept matrix."""
 
-LONGEST = 14
+LONGEST = 18
 """Iterations expected for a step beyond which a kept matrix is replaced within the step."""
 
-WORN = 8
-"""Iterations of a step after which the next one starts with a new matrix (measured: flat from 5
-to 11)."""
+WORN = 11
+"""Iterations of a step after which the next one starts with a new matrix (measured: flat from 7
+to 13)."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def factorizations(monkeypatch):
     (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5, "axes": "global"}),
     (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5, "rho_inf": 0.5,
                                               "transformation": "average"}),
-    (lambda: load_case("plates").model(432), {"dt": 1e-2, "end_time": 0.5}),
+    (lambda: load_case("plates").model(432), {"dt": 5e-3, "end_time": 0.4}),
     (hinged, {"dt": 5e-3, "end_time": 1.0}),
 ], ids=["l-plate", "global axes", "average", "junctions", "hinged"])
 def test_same_steps_from_fewer_factorizations(model, settings, factorizations):
@@ -71,7 +71,7 @@ def test_matrix_is_carried_around(factorizations, monkeypatch):
     monkeypatch.setattr(corotation, "carry", stay)
     factorizations.clear()
     simulate(plate, settings)
-    assert carried < 40
+    assert carried < 120
     assert len(factorizations) > 5 * carried
 
 
@@ -81,4 +81,4 @@ def test_balance_conserves_linear_momentum(monkeypatch):
     model, settings = load_case("l-plate").model(30), Settings(dt=5e-3, end_time=3.0)
     assert simulate(model, settings).drift.linear_momentum < 1e-13
     monkeypatch.setattr(corotation, "balance", lambda *arguments: None)
-    assert simulate(model, settings).drift.linear_momentum > 1e-11
+    assert simulate(model, settings).drift.linear_momentum > 1e-12
