@@ -172,7 +172,8 @@ def _suites(size, folder):
     for suite in suite_names():
         path = suite_file(folder, suite)
         yield Part(f"verify-{suite}", "verify",
-                   ("verify", suite, "--output", str(path), "--overwrite"), path, (verification,),
+                   ("verify", suite, "--jobs", "1", "--output", str(path),
+                    "--overwrite"), path, (verification,),
                    f"verify-{suite}" in LEFT_OUT.get(size, ()))
 
 

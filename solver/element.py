@@ -2,7 +2,7 @@
 
 Paper section 2 (strains, Eqs. 15-17) and section 3 (mass, Eqs. 38-41).  The kernels in
 :mod:`solver.kernels.element` read these arrays; no loop over Gauss points is left at run time.
-Entity axis first: ``(n_elem, ...)``.
+Entity axis first, ``(n_elem, ...)``, or groups of ``WIDTH`` elements side by side.
 """
 
 from typing import NamedTuple
@@ -21,14 +21,17 @@ SHEAR_FIELDS = ("mitc4", "compatible")
 class Elements(NamedTuple):
     """Connectivity and constants of all elements, as the kernels take them.
 
+    y0, r0, l, Q and k_b are given here for one element; they are stored side by side, see
+    :func:`side_by_side`.
+
     Attributes:
         nodes: (n_elem, 4) node of each vertex.
         directors: (n_elem, 4) mid-surface normal of each vertex.
-        y0: (n_elem, 3, 3) initial local positions of nodes 2..4 relative to node 1, Eq. (7) [m].
-        r0: (n_elem, 4, 2) initial local x, y components of the normals, Eq. (9).
-        l: (n_elem, n_s, 3, 3) linear part of the scaled membrane measures [sqrt(J)/m].
-        Q: (n_elem, n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
-        k_b: (n_elem, 11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
+        y0: (3, 3) initial local positions of nodes 2..4 relative to node 1, Eq. (7) [m].
+        r0: (4, 2) initial local x, y components of the normals, Eq. (9).
+        l: (n_s, 3, 3) linear part of the scaled membrane measures [sqrt(J)/m].
+        Q: (n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
+        k_b: (11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
         mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
         inertia: (n_elem,) h^2/12, the factor that turns ``mass`` into Eq. (40b) [m^2].
     """
