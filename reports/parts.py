@@ -107,9 +107,13 @@ class Stamps:
         self.folder = folder
 
     def read(self, part):
-        """The stamp of a part; None if it never began."""
-        path = self._path(part)
-        return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+        """The stamp of a part; None if it never began, or if that is no stamp."""
+        try:
+            stamp = json.loads(self._path(part).read_text(encoding="utf-8"))
+        except (FileNotFoundError, ValueError):
+            return None
+        whole = isinstance(stamp, dict) and {"command", "code", "status"} <= set(stamp)
+        return stamp if whole else None
 
     def write(self, part, status, seconds=None, message=""):
         stamp = {"part": part.name, "command": list(part.command), "code": part.code,

@@ -38,6 +38,13 @@ FORMAT = "corovec-run-2"
 METADATA = 200_000
 """Bytes that the headers of a file take at most (measured: 36 kB)."""
 
+DESCRIBED = ("case", "settings", "solver", "elements", "nodes", "versions", "machine")
+COLUMNS = ("time", "kinetic_energy", "strain_energy", "external_work", "linear_momentum",
+           "angular_momentum", "angular_momentum_printed", "iterations")
+STATIC_COLUMNS = ("factor", "strain_energy")
+FRAMES = ("displacement", "normal", "strain_energy")
+"""What a result file must hold to be read."""
+
 
 class Recorder:
     """Writes one run to one file; see the module.
@@ -200,10 +207,12 @@ def read(path):
         for name, values in file["frames"].items():
             size = len(values) // len(planned)
             frames[name] = values[:written * size].reshape(written, size, *values.shape[1:])
-        return {
+        contents = {
             "description": description, "step": step, "n_steps": int(planned[-1]),
             "history": _read_history(file, step), "frame_steps": frames.pop("step").ravel(),
             **frames, "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+        _check_contents(contents)
+        return contents
 
 
 def output_path(output, overwrite, resume):
@@ -279,6 +288,23 @@ def _description(file, path):
         raise ResultFileError(f"{path} was not written by this version of corovec (format "
                               f"{file.attrs.get('format')!r}, needed {FORMAT!r})")
     return json.loads(file.attrs["description"])
+
+
+def _check_contents(contents):
+    """Raise a ValueError that names what of the contents of a file is missing or impossible."""
+    columns = contents["history"].dtype.names
+    wanted = STATIC_COLUMNS if "factor" in columns else COLUMNS
+    for place, there, names in (("description", contents["description"], DESCRIBED),
+                                ("history", columns, wanted), ("frames", contents, FRAMES)):
+        for name in names:
+            if name not in there:
+                raise ValueError(f"{place} without {name}")
+    for name in (*FRAMES, "nodes"):
+        if not np.isfinite(contents[name]).all():
+            raise ValueError(f"{name} is not finite")
+    quads, n_nodes = contents["quads"], len(contents["nodes"])
+    if quads.min() < 0 or quads.max() >= n_nodes:
+        raise ValueError(f"an element has node {quads.max()}, there are {n_nodes} nodes")
 
 
 def _check_same_run(path, there, here):

@@ -143,6 +143,27 @@ def test_both_checkpoints_damaged(tmp_path, model):
         simulate(model, Settings(dt=0.01, end_time=0.1), output=path, resume=True)
 
 
+@pytest.mark.parametrize("place, value, message", [
+    ("history/kinetic_energy", None, "history without kinetic_energy"),
+    ("frames/displacement", None, "frames without displacement"),
+    ("description", "{}", "description without case"),
+    ("frames/displacement", np.nan, "displacement is not finite"),
+    ("model/quads", 9999, "an element has node 9999"),
+])
+def test_file_that_lacks_something_is_damaged(tmp_path, model, place, value, message):
+    path = tmp_path / "run.h5"
+    simulate(model, Settings(dt=0.01, end_time=0.1), output=path)
+    with h5py.File(path, "r+") as file:
+        if place == "description":
+            file.attrs[place] = value
+        elif value is None:
+            del file[place]
+        else:
+            file[place][-1, 0] = value
+    with pytest.raises(ResultFileError, match=f"run.h5 is damaged.*{message}"):
+        read(path)
+
+
 def test_file_holds_the_result(tmp_path, model):
     """What is read back is what the run returned; frames stand at their steps."""
     path = tmp_path / "run.h5"

@@ -339,7 +339,7 @@ def read_case(path):
     try:
         with open(path, "rb") as file:
             return _valid(path, Case.model_validate, tomllib.load(file))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}") from None
 
 

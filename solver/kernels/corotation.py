@@ -1,10 +1,10 @@
 """Carrying a factorized matrix along with the nodes of a moving shell.
 
 Seen from axes that turn with its surroundings, a node's stiffness hardly changes while the shell
-tumbles.  A matrix K_0 factorized some steps ago therefore serves as ``K = T K_0 T^T`` with a block
-diagonal T: displacements of a node turn by the rotation Q of an element beside it since then, and
-rates of its rotational variables become ``J = P Q A_0``, where A_0 maps old rates to those of the
-normal (or to the spin of a junction) and P maps turned ones to the present variables.
+tumbles.  A matrix K_0 factorized some steps ago therefore serves: ``K^-1 = T K_0^-1 T^T`` with a
+block diagonal T.  Displacements of a node turn by the rotation Q of an element beside it since
+then, and rates of its rotational variables by ``J = P Q A_0``, where A_0 maps old rates to those
+of the normal (or to the spin of a junction) and P maps turned ones to the present variables.
 """
 
 import numpy as np
