@@ -144,7 +144,7 @@
     function tick(now) {
       if (!playing) return;
       if (!held && !drawing) {
-        place += (now - clock) / 1000 / SECONDS * d.frames * Number(part("speed").value);
+        place += Math.max(0, now - clock) / 1000 / SECONDS * d.frames * Number(part("speed").value);
         place %= d.frames;
         if (Math.floor(place) !== frame && now > ready) show(Math.floor(place));
       }
