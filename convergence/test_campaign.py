@@ -210,7 +210,7 @@ def steps_in(path):
 
 
 def wait_until(condition):
-    deadline = time.monotonic() + 120.0
+    deadline = time.monotonic() + 300.0
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)

@@ -79,7 +79,7 @@ def model():
 def kill(command, path, target):
     """Run ``command`` and SIGKILL it as soon as ``path`` has recorded ``target`` steps."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 300.0
     while time.monotonic() < deadline and process.poll() is None:
         try:
             if read(path)["step"] >= target:
