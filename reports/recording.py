@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from solver.errors import InputError, ResultFileError
-from solver.mesh import node_at
+from solver.mesh import node_at, vector_areas
 from solver.recorder import read
 
 
@@ -86,11 +86,14 @@ class Recording:
         return self.history["factor" if self.static else "time"][self.frame_rows]
 
     @cached_property
+    def areas(self):
+        """(n_elem,) initial areas of the elements [m^2]."""
+        return np.linalg.norm(vector_areas(self.nodes[self.quads]), axis=1)
+
+    @cached_property
     def energy_density(self):
         """(n_frames, n_elem) strain energy of each element over its initial area [J/m^2]."""
-        corners = self.nodes[self.quads]
-        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        return self.contents["strain_energy"] / (0.5 * np.linalg.norm(normal, axis=1))
+        return self.contents["strain_energy"] / self.areas
 
     def positions(self, scale=1.0):
         """(n_frames, n_nodes, 3) with the displacements times ``scale`` [m]."""

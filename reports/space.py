@@ -13,6 +13,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from solver.checks import number
+from solver.mesh import vector_areas
 
 from .style import COLOURS, VERMILLION
 
@@ -55,12 +56,12 @@ class View:
 def best_view(corners):
     """The :class:`View` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
     """
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    areas = vector_areas(corners)
     size = np.ptp(bounds(corners), axis=0)
 
     def filled(view):
         width, height = np.abs(view.screen) @ size
-        return np.abs(normal @ view.eye).sum() / (width * height) * min(1.0, width / height)
+        return np.abs(areas @ view.eye).sum() / (width * height) * min(1.0, width / height)
 
     return max((View(*angles) for angles in product(ELEVATIONS, AZIMUTHS)), key=filled)
 

@@ -121,6 +121,12 @@ def line_nodes(nodes, quads, start, end):
     return line
 
 
+def vector_areas(corners):
+    """Area times normal (n_elem, 3) [m^2] of quads (n_elem, 4, 3): half the product of the
+    diagonals, for a warped quad the area of its projection along that normal."""
+    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+
+
 def node_numbers(quads, n_nodes):
     array = plain_array("quads", quads, "n, 4")
     if array.ndim != 2 or array.shape[1] != 4 or not len(array):

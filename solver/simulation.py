@@ -220,6 +220,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
 def _simulate(model, settings, output, overwrite, resume, progress, case):
     system = System(model, settings.solver, settings.axes == "nodal")
     scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
+    rule = settings.rule
     state = system.initial_state()
     n_steps, frame_steps = settings.n_steps, settings.frame_steps
     history = np.zeros(n_steps + 1, dtype=HISTORY)
@@ -243,7 +244,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     system.seconds = Seconds()
     for step in range(done + 1, n_steps + 1):
         record = StepRecord()
-        instant = system.advance(state, scheme, settings.rule, (step - 1) * settings.dt,
+        instant = system.advance(state, scheme, rule, (step - 1) * settings.dt,
                                  settings.dt, record)
         _fill(history[step], step * settings.dt, instant, state, record)
         if step in frame_of_step:

@@ -9,6 +9,7 @@ from .errors import InputError, StepError
 from .kernels import assembly, rotation
 from .linear import make_solver
 from .loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from .mesh import vector_areas
 from .newton import KeptMatrix, iterate
 from .numbering import number_dofs
 
@@ -131,9 +132,7 @@ class System:
         self.residual = np.zeros((3, n_dof))
         self._scratch = scratch(n_nodes, len(self.p))
         self.kept = KeptMatrix(self)
-        corners = model.nodes[model.quads]
-        area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0],
-                                             corners[:, 3] - corners[:, 1]), axis=1)
+        area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
 
     def initial_state(self):
