@@ -50,7 +50,7 @@ class Skyline:
 
     def solve(self, rhs):
         x = rhs.copy()
-        skyline.solve(self.values, self.storage[2], x)
+        skyline.solve(self.values, self.storage[2], x, self._work[-1])
         return x
 
 

@@ -13,14 +13,14 @@ from verification.helpers import full_matrix, make_system, no_loads
 from verification.models import cross_code_plate, rectangle, warped_patch
 
 
-def random_skyline(rng, n, definite=True):
+def random_skyline(rng, n, reach, definite=True):
     """A random symmetric matrix with a ragged profile, full and in skyline storage."""
-    first = np.array([rng.integers(max(0, i - 12), i + 1) for i in range(n)])
+    first = np.array([rng.integers(max(0, i - reach), i + 1) for i in range(n)])
     L, d = np.zeros((n, n)), rng.uniform(0.5, 2.0, n)
     if not definite:
         d[rng.permutation(n)[:n // 3]] *= -1.0
     for i in range(n):
-        L[i, first[i]:i] = rng.uniform(-0.3, 0.3, i - first[i])
+        L[i, first[i]:i] = rng.uniform(-1.0, 1.0, i - first[i]) / np.sqrt(reach)
         L[i, i] = 1.0
     A = L @ np.diag(d) @ L.T
     diagonal = np.cumsum(np.arange(n) - first + 1) - 1
@@ -29,18 +29,19 @@ def random_skyline(rng, n, definite=True):
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 9, 40, 173])
+@pytest.mark.parametrize("reach", [12, 70])
 @pytest.mark.parametrize("definite", [True, False])
-def test_skyline_against_lapack(n, definite):
+def test_skyline_against_lapack(n, reach, definite):
     """LDL^T, its pivots' signs (Sylvester) and the solution, for profiles of every raggedness."""
     rng = np.random.default_rng(n)
-    A, values, diagonal, d = random_skyline(rng, n, definite)
+    A, values, diagonal, d = random_skyline(rng, n, reach, definite)
     negative, failed = skyline.factor(values, diagonal, *skyline.workspace(diagonal))
     assert failed == -1
     assert negative == np.sum(np.linalg.eigvalsh(A) < 0.0)
     assert np.allclose(values[diagonal], d, rtol=1e-9)
     b = rng.normal(size=n)
     x = b.copy()
-    skyline.solve(values, diagonal, x)
+    skyline.solve(values, diagonal, x, np.zeros(8))
     reference = scipy.linalg.solve(A, b)
     # backward stable up to the growth of L (entries below 1): condition times eps, with margin
     assert np.abs(x - reference).max() < 1e-14 * np.linalg.cond(A) * np.abs(reference).max()

@@ -5,7 +5,8 @@ element, given arrays of *lanes* it computes ``WIDTH`` elements with the same op
 order (vector instructions of the processor), so the results are the same to the last bit.
 
 Lanes are float64 arrays whose last axis is the lane, seen through :func:`lanes`; a lane alone is
-read and written in the float64 array itself.
+read and written in the float64 array itself.  Linear algebra takes them from any place of an array
+(:func:`load`) and puts them back (:func:`store`).
 """
 
 import math
@@ -16,7 +17,7 @@ from llvmlite import ir
 from numba import njit
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
-from numba.core.types import Array, Float, Type
+from numba.core.types import Array, Float, Type, void
 from numba.extending import (
     intrinsic,
     lower_builtin,
@@ -122,6 +123,33 @@ def lanes(typingctx, array):
         return value
 
     return seen(array), view
+
+
+@intrinsic
+def load(typingctx, array, position):
+    """Lanes from ``WIDTH`` entries one after the other in a contiguous float64 array."""
+
+    def read(context, builder, signature, args):
+        return builder.load(_place(context, builder, signature, args), align=8)
+
+    return LANES(array, position), read
+
+
+@intrinsic
+def store(typingctx, array, position, value):
+    """Write lanes to ``WIDTH`` entries one after the other in a contiguous float64 array."""
+
+    def write(context, builder, signature, args):
+        builder.store(args[2], _place(context, builder, signature, args), align=8)
+        return context.get_dummy_value()
+
+    return void(array, position, value), write
+
+
+def _place(context, builder, signature, args):
+    """Pointer to lanes from an array and a position in it."""
+    data = make_array(signature.args[0])(context, builder, args[0]).data
+    return builder.bitcast(builder.gep(data, [args[1]]), VECTOR.as_pointer())
 
 
 @njit(cache=True)

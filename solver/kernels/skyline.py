@@ -8,7 +8,9 @@ The paper's "one-dimensional storage + LDL^T decomposition" (Tables 2, 4, 6, 8).
 import numpy as np
 from numba import njit
 
-PANEL = 8
+from .lanes import WIDTH, load, store, zeros
+
+PANEL = WIDTH
 """Columns that are eliminated together: as many products are summed before an entry is stored."""
 
 
@@ -19,7 +21,8 @@ def workspace(diagonal):
     Returns:
         first: (n,) first column of every row.
         reach: (n,) one more than the last row that reaches this column or one before.
-        G, L: (PANEL, rows that a panel touches at most) work arrays.
+        G, L: (PANEL, rows that a panel touches at most, in full lanes) work arrays.
+        part: (WIDTH,) work array.
     """
     n = diagonal.shape[0]
     first, reach = np.empty(n, np.int64), np.zeros(n, np.int64)
@@ -28,22 +31,24 @@ def workspace(diagonal):
         reach[first[i]] = i + 1
     for j in range(1, n):
         reach[j] = max(reach[j], reach[j - 1])
-    width = 0
+    blocks = 0
     for k in range(0, n, PANEL):
-        width = max(width, reach[min(k + PANEL, n) - 1] - k)
-    return first, reach, np.zeros((PANEL, width)), np.zeros((PANEL, width))
+        blocks = max(blocks, -(-(reach[min(k + PANEL, n) - 1] - k) // WIDTH))
+    width = (blocks + 1) * WIDTH
+    G, L = zeros((2, PANEL, blocks + 1)).reshape((2, PANEL, width))
+    return first, reach, G, L, np.zeros(WIDTH)
 
 
 @njit(cache=True)
-def factor(a, diagonal, first, reach, G, L):
+def factor(a, diagonal, first, reach, G, L, part):
     """Overwrite ``a`` with L (below the diagonal) and D (on it).
 
     Panel by panel of columns: ``g_ik = a_ik - sum_q g_iq L_kq``, ``d_k = g_kk``,
     ``L_ik = g_ik / d_k``, then ``a_ij -= sum_k g_ik L_jk`` for the rows that reach the panel.  The
-    panel is kept transposed, so that every innermost loop runs along contiguous memory.
+    panel is kept transposed, so that lanes are neighbours in memory.
 
     Args:
-        a: storage; diagonal: (n,); first, reach, G, L: of :func:`workspace`.
+        a: storage; diagonal: (n,); first, reach, G, L, part: of :func:`workspace`.
 
     Returns:
         (number of negative pivots, -1), or (0, i) when pivot i is zero or not finite.
@@ -53,67 +58,124 @@ def factor(a, diagonal, first, reach, G, L):
     for k0 in range(0, n, PANEL):
         k1 = min(k0 + PANEL, n)
         stop = reach[k1 - 1]
-        m = stop - k0
-        for k in range(k1 - k0):
-            for i in range(m):
-                G[k, i] = 0.0
-        for i in range(k0, stop):
-            base = diagonal[i] - i
-            for k in range(max(first[i], k0), min(i + 1, k1)):
-                G[k - k0, i - k0] = a[base + k]
-        for k in range(k1 - k0):
-            for q in range(k):
-                multiplier = L[q, k]
-                for i in range(k, m):
-                    G[k, i] -= multiplier * G[q, i]
-            pivot = G[k, k]
-            if pivot < 0.0:
-                negative += 1
-            elif not pivot > 0.0 or pivot == np.inf:
-                return 0, k0 + k
-            for i in range(k, m):
-                L[k, i] = G[k, i] / pivot
-        for i in range(k0, stop):
-            base = diagonal[i] - i
-            for k in range(max(first[i], k0), min(i, k1)):
-                a[base + k] = L[k - k0, i - k0]
+        _take(a, diagonal, first, k0, k1, stop, G)
+        below, failed = _eliminate(G, L, k1 - k0, stop - k0)
+        if failed >= 0:
+            return 0, k0 + failed
+        negative += below
+        _put(a, diagonal, first, k0, k1, stop, L)
         for k in range(k1 - k0):
             a[diagonal[k0 + k]] = G[k, k]
         for i in range(k1, stop):
             if first[i] < k1:
-                start = diagonal[i] - i + k1
-                _subtract(a[start:start + i - k1 + 1], G, L, i - k0)
+                _subtract(a, diagonal[i] - i + k1, i - k1, G, L, part)
     return negative, -1
 
 
 @njit(cache=True)
-def _subtract(row, G, L, i):
-    """``row_j -= sum_k G_ki L_kj`` for the columns j behind a full panel."""
-    g0, g1, g2, g3 = G[0, i], G[1, i], G[2, i], G[3, i]
-    g4, g5, g6, g7 = G[4, i], G[5, i], G[6, i], G[7, i]
-    l0, l1, l2, l3 = L[0, PANEL:], L[1, PANEL:], L[2, PANEL:], L[3, PANEL:]
-    l4, l5, l6, l7 = L[4, PANEL:], L[5, PANEL:], L[6, PANEL:], L[7, PANEL:]
-    for j in range(row.shape[0]):
-        row[j] -= (((g0 * l0[j] + g1 * l1[j]) + (g2 * l2[j] + g3 * l3[j]))
-                   + ((g4 * l4[j] + g5 * l5[j]) + (g6 * l6[j] + g7 * l7[j])))
+def _take(a, diagonal, first, k0, k1, stop, G):
+    """Columns k0 to k1 of the storage, zeros where it has none, to the rows of G."""
+    for i in range(k0, stop):
+        base = diagonal[i] - i
+        if first[i] <= k0 and i >= k0 + PANEL:
+            for k in range(PANEL):
+                G[k, i - k0] = a[base + k0 + k]
+        else:
+            for k in range(PANEL):
+                G[k, i - k0] = 0.0
+            for k in range(max(first[i], k0), min(i + 1, k1)):
+                G[k - k0, i - k0] = a[base + k]
 
 
 @njit(cache=True)
-def solve(a, diagonal, x):
-    """Overwrite ``x`` with the solution of L D L^T x = b; ``a`` from :func:`factor`."""
+def _put(a, diagonal, first, k0, k1, stop, L):
+    """Rows of L to the columns k0 to k1 of the storage, below the diagonal."""
+    for i in range(k0, stop):
+        base = diagonal[i] - i
+        if first[i] <= k0 and i >= k0 + PANEL:
+            for k in range(PANEL):
+                a[base + k0 + k] = L[k, i - k0]
+        else:
+            for k in range(max(first[i], k0), min(i, k1)):
+                a[base + k] = L[k - k0, i - k0]
+
+
+@njit(cache=True)
+def _eliminate(G, L, size, rows):
+    """G and L of one panel; (negative pivots, -1), or (0, k) when pivot k is zero or not finite."""
+    width = G.shape[1]
+    negative = 0
+    for k in range(size):
+        for q in range(k):
+            multiplier = L[q, k]
+            for i in range(k, PANEL):
+                G[k, i] -= multiplier * G[q, i]
+        pivot = G[k, k]
+        if pivot < 0.0:
+            negative += 1
+        elif not pivot > 0.0 or pivot == np.inf:
+            return 0, k
+        inverse = 1.0 / pivot
+        for i in range(k, PANEL):
+            L[k, i] = G[k, i] * inverse
+    for i in range(PANEL, rows, WIDTH):
+        for k in range(size):
+            g = load(G, k * width + i)
+            for q in range(k):
+                g -= L[q, k] * load(G, q * width + i)
+            store(G, k * width + i, g)
+            store(L, k * width + i, g * (1.0 / G[k, k]))
+    return negative, -1
+
+
+@njit(cache=True)
+def _subtract(a, start, i, G, L, part):
+    """``a_ij -= sum_k g_ik L_jk`` of a row, the i-th behind a full panel, that starts at ``start``
+    in the storage: full lanes, then the entries up to the diagonal."""
+    width = G.shape[1]
+    for j in range(0, i - i % WIDTH, WIDTH):
+        row = load(a, start + j)
+        for k in range(PANEL):
+            row -= G[k, PANEL + i] * load(L, k * width + PANEL + j)
+        store(a, start + j, row)
+    j = i - i % WIDTH
+    row = G[0, PANEL + i] * load(L, PANEL + j)
+    for k in range(1, PANEL):
+        row += G[k, PANEL + i] * load(L, k * width + PANEL + j)
+    store(part, 0, row)
+    for k in range(i - j + 1):
+        a[start + j + k] -= part[k]
+
+
+@njit(cache=True)
+def solve(a, diagonal, x, part):
+    """Overwrite ``x`` with the solution of L D L^T x = b; ``a`` from :func:`factor`, ``part`` of
+    :func:`workspace`."""
     n = diagonal.shape[0]
     previous_end = -1
     for i in range(n):
         base = diagonal[i] - i
-        total = 0.0
-        for k in range(previous_end + 1 - base, i):
-            total += a[base + k] * x[k]
-        x[i] -= total
+        k = previous_end + 1 - base
+        if k + WIDTH <= i:
+            products = load(a, base + k) * load(x, k)
+            k += WIDTH
+            while k + WIDTH <= i:
+                products += load(a, base + k) * load(x, k)
+                k += WIDTH
+            store(part, 0, products)
+            x[i] -= (((part[0] + part[1]) + (part[2] + part[3]))
+                     + ((part[4] + part[5]) + (part[6] + part[7])))
+        for k in range(k, i):
+            x[i] -= a[base + k] * x[k]
         previous_end = diagonal[i]
     for i in range(n):
         x[i] /= a[diagonal[i]]
     for i in range(n - 1, 0, -1):
         base = diagonal[i] - i
         value = x[i]
-        for k in range(diagonal[i - 1] + 1 - base, i):
+        k = diagonal[i - 1] + 1 - base
+        while k + WIDTH <= i:
+            store(x, k, load(x, k) - value * load(a, base + k))
+            k += WIDTH
+        for k in range(k, i):
             x[k] -= a[base + k] * value
