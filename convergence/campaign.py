@@ -15,9 +15,10 @@ from pathlib import Path
 
 from solver import InputError, ResultFileError, read, simulate, warm_up
 from solver.execution import complete, failure, processes
+from solver.recorder import writable_folder
 
 from .run import Run, as_run, code_version
-from .store import inspect, record, set_aside, writable_folder
+from .store import inspect, record, set_aside
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,10 +39,10 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     from solver import InputError
     from solver.cases import case_names
     from solver.execution import dask_workers, processes
+    from solver.recorder import writable_folder
 
     from .campaign import Campaign
     from .report import show
-    from .store import writable_folder
     from .study import CaseStudy, run_studies
     from .tables import as_json as to_json
     from .tables import keeps_promises, origin, study_tables, write_tables

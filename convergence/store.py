@@ -6,9 +6,7 @@ later damage is noticed.
 
 import hashlib
 import json
-import tempfile
 from dataclasses import asdict
-from pathlib import Path
 
 import h5py
 
@@ -16,21 +14,6 @@ from solver import ResultFileError, read, simulate
 from solver.provenance import fingerprint
 
 STAMP = "campaign"
-
-
-def writable_folder(path):
-    """The folder ``path``, made if needed.
-
-    Raises:
-        ResultFileError: it cannot be made or written to.
-    """
-    path = Path(path)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            return path.resolve()
-    except OSError as error:
-        raise ResultFileError(f"folder {path} cannot be written: {error.strerror}") from None
 
 
 def record(run, path):

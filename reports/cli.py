@@ -41,8 +41,7 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
     """
     from tqdm import tqdm
 
-    from convergence.store import writable_folder
-    from solver.recorder import writable_path
+    from solver.recorder import writable_folder, writable_path
 
     from .gallery import gallery, open_together
     from .style import save, targets
@@ -117,14 +116,16 @@ def reproduce(names, size, jobs, output, list_only, page_only):
       corovec reproduce --size full
       corovec reproduce time-table-2 verify
     """
-    from convergence.store import writable_folder
     from solver import InputError
+    from solver.recorder import writable_folder
 
     from .page import build
     from .parts import Stamps, parts, select, status
     from .reproduce import run_parts
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs must be at least 1, is {jobs}")
+    if list_only and page_only:
+        raise InputError("--list runs nothing and makes no page: leave out --page-only")
     chosen = select(parts(size, Path(output).resolve() / size), names)
     folder = writable_folder(Path(output) / size)
     if list_only:

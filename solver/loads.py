@@ -5,6 +5,7 @@ checked by :class:`solver.Model`.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -40,7 +41,11 @@ class TimeFunction:
     def __call__(self, time):
         if time >= self.times[-1]:
             return self.values[-1]
-        return float(np.interp(time, self.times, self.values))
+        return float(np.interp(time, *self._points))
+
+    @cached_property
+    def _points(self):
+        return np.array(self.times), np.array(self.values)
 
     @property
     def end(self):

@@ -238,6 +238,23 @@ def writable_path(path, overwrite=False):
     return path
 
 
+def writable_folder(path):
+    """The folder ``path``, made if needed, with links resolved.
+
+    Raises:
+        ResultFileError: it is not a folder, or cannot be made or written to.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path.resolve()
+    except FileExistsError:
+        raise ResultFileError(f"{path} is not a folder") from None
+    except OSError as error:
+        raise ResultFileError(f"folder {path} cannot be written: {error.strerror}") from None
+
+
 @contextmanager
 def replacing(path):
     """A temporary file beside ``path`` that takes its place at the end, unless something fails."""

@@ -3,12 +3,11 @@
 import datetime
 import json
 import sys
-from pathlib import Path
 
 import click
 
-from solver.errors import InputError, ResultFileError
-from solver.recorder import writable_path
+from solver.errors import InputError
+from solver.recorder import writable_folder, writable_path
 
 from .measure import SIZES, single_thread, surroundings
 from .report import NAMES, run, text
@@ -53,10 +52,6 @@ def time(names, size, output, overwrite, as_json):
 
 def _folder(path, overwrite):
     """The folder of the results, made if it does not exist."""
-    folder = Path(path)
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise ResultFileError(f"{folder} cannot be created: {error.strerror}") from None
+    folder = writable_folder(path)
     writable_path(folder / "timing.json", overwrite)
     return folder

@@ -189,10 +189,24 @@ def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
         read_case(path)
 
 
-def test_load_off_the_mesh_is_an_error_of_the_model(tmp_path):
-    case = read_case(broken(tmp_path, ("[[0.15, 0.0, 0.0], [0.15,", "[[0.155, 0.0, 0.0], [0.15,")))
-    with pytest.raises(InputError, match="case ruler, load centre line: no node at .0.155, 0.0"):
-        case.model(120)
+@pytest.mark.parametrize("name, change, message", [
+    ("ruler", ("[[0.15, 0.0, 0.0], [0.15,", "[[0.155, 0.0, 0.0], [0.15,"),
+     "case ruler, load centre line: no node at .0.155, 0.0"),
+    ("hemisphere", ("A = { value = [10.0", "A = { value = [11.0"), "point A: no node at .11.0"),
+    ("hemisphere", ("[18.0, 90.0]", "[90.0, 18.0]"),
+     "geometry.sphere.polar_angles: .* upper parallel comes first"),
+    ("ruler", ("thickness = { value = 0.002", "thickness = { value = true"),
+     "parameters.thickness.value: Input should be a valid number"),
+    ("ruler", ("thickness = { value = 0.002", 'thickness = { value = "0.002"'),
+     "parameters.thickness.value: Input should be a valid number"),
+    ("ruler", ('thickness = { value = 0.002, unit = "m"', 'thickness = { value = 2, unit = "mm"'),
+     "parameters: .* thickness in 'mm', must be in 'm'"),
+    ("ruler", ("refinement = 2", "refinement = true"),
+     "meshes.1.refinement: Input should be a valid integer"),
+])
+def test_impossible_values_in_a_file(tmp_path, name, change, message):
+    with pytest.raises(InputError, match=message):
+        read_case(broken(tmp_path, change, name=name))
 
 
 def test_calibrated_peak_replaces_the_assumed_one(tmp_path):

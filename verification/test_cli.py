@@ -83,6 +83,8 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("converge", "--jobs", "2", "--scheduler", "tcp://h:1"), "exclude each other"),
     (("converge", "--scheduler", "nonsense"), "scheduler 'nonsense' cannot be reached"),
     (("converge", "--output", "/dev/null/here"), "folder /dev/null/here cannot be written"),
+    (("converge", "--output", "/dev/null"), "is not a folder"),
+    (("reproduce", "--list", "--page-only"), "leave out --page-only"),
     (("run", "l-plate", "--dt", "1e-12"), "at most 1e+08 can be recorded"),
     (("run", "l-plate", "--scheme", "newmark", "--rho-inf", "0.5"), "belong to the scheme quasi"),
     (("run", "l-plate", "--output", ""), "is not a path of a file"),

@@ -9,14 +9,13 @@ import json
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    PositiveFloat,
-    PositiveInt,
+    Strict,
     TypeAdapter,
     ValidationError,
     field_validator,
@@ -31,9 +30,12 @@ from ..model import Model
 FOLDER = Path(__file__).parent
 CALIBRATED = FOLDER / "calibrated.json"
 Provenance = Literal["printed", "derived", "assumed", "calibrated"]
-Point = tuple[float, float, float]
-Polar = Annotated[float, Field(gt=0.0, lt=180.0)]
-Divisions = tuple[PositiveInt, PositiveInt]
+Number = Annotated[float, Strict()]
+Positive = Annotated[float, Strict(), Field(gt=0.0)]
+Count = Annotated[int, Strict(), Field(gt=0)]
+Polar = Annotated[float, Strict(), Field(gt=0.0, lt=180.0)]
+Point = tuple[Number, Number, Number]
+Divisions = tuple[Count, Count]
 T = TypeVar("T")
 
 
@@ -51,10 +53,20 @@ class Sourced(_Strict, Generic[T]):
 
 
 class Parameters(_Strict):
-    thickness: Sourced[PositiveFloat]
-    youngs: Sourced[PositiveFloat]
-    poisson: Sourced[Annotated[float, Field(gt=-1.0, lt=0.5)]]
-    density: Sourced[PositiveFloat]
+    thickness: Sourced[Positive]
+    youngs: Sourced[Positive]
+    poisson: Sourced[Annotated[float, Strict(), Field(gt=-1.0, lt=0.5)]]
+    density: Sourced[Positive]
+
+    UNITS: ClassVar = {"thickness": "m", "youngs": "Pa", "poisson": "", "density": "kg/m^3"}
+
+    @model_validator(mode="after")
+    def _si(self):
+        wrong = [f"{name} in '{sourced.unit}', must be in '{self.UNITS[name]}'"
+                 for name, sourced in self if sourced.unit != self.UNITS[name]]
+        if wrong:
+            raise ValueError("; ".join(wrong))
+        return self
 
 
 class Block(_Strict):
@@ -65,9 +77,16 @@ class Block(_Strict):
 class Sphere(_Strict):
     """Segment of a sphere between two parallels, see :func:`solver.mesh.sphere_segment`."""
 
-    radius: Sourced[PositiveFloat]
+    radius: Sourced[Positive]
     polar_angles: Sourced[tuple[Polar, Polar]]
     divisions: Sourced[Divisions]
+
+    @field_validator("polar_angles")
+    @classmethod
+    def _from_above(cls, angles):
+        if not angles.value[0] < angles.value[1]:
+            raise ValueError(f"the upper parallel comes first: {angles.value} must increase")
+        return angles
 
 
 class Geometry(_Strict):
@@ -105,17 +124,17 @@ class Geometry(_Strict):
 
 
 class Mesh(_Strict):
-    elements: PositiveInt
-    refinement: PositiveInt
+    elements: Count
+    refinement: Count
     provenance: Provenance
 
 
 class History(_Strict):
     """Piecewise linear function of time: ``peak`` (1 if there is none) times ``values``."""
 
-    times: list[float]
-    values: list[float]
-    peak: Sourced[float] | None = None
+    times: list[Number]
+    values: list[Number]
+    peak: Sourced[Number] | None = None
     unit: str
     provenance: Provenance
     source: str
@@ -155,14 +174,14 @@ class Load(_Strict):
 
 
 class Paper(_Strict):
-    dt: Sourced[PositiveFloat]
-    steps: Sourced[PositiveInt]
+    dt: Sourced[Positive]
+    steps: Sourced[Count]
 
 
 class Defaults(_Strict):
-    elements: PositiveInt
-    dt: PositiveFloat
-    end_time: PositiveFloat
+    elements: Count
+    dt: Positive
+    end_time: Positive
 
 
 class Calibration(_Strict):
@@ -176,13 +195,13 @@ class Calibration(_Strict):
         dt_change: relative change of our energy at half the step.
     """
 
-    peak: float
-    elements: PositiveInt
+    peak: Number
+    elements: Count
     printed: str
     table: str
-    dt: PositiveFloat
-    residual: float
-    dt_change: float
+    dt: Positive
+    residual: Number
+    dt_change: Number
 
     @property
     def source(self):
@@ -234,6 +253,19 @@ class Case(_Strict):
                                        f"{', '.join(known)}" for load in unknown))
         return loads
 
+    @model_validator(mode="after")
+    def _on_the_mesh(self):
+        nodes, quads, _ = self.mesh(self.sizes[0])
+        where = "loads"
+        try:
+            self.loads_on(nodes, quads)
+            for name, point in self.points.items():
+                where = f"point {name}"
+                node_at(nodes, point.value)
+        except InputError as error:
+            raise ValueError(f"{where}: {error}") from None
+        return self
+
     @property
     def sizes(self):
         """Element numbers of the case's meshes, ascending."""
@@ -247,7 +279,7 @@ class Case(_Strict):
     def calibrated(self, calibration):
         """The case with the peak of a :class:`Calibration`."""
         history = self.histories[self.free_peak]
-        peak = Sourced[float](value=calibration.peak, unit=history.peak.unit,
+        peak = Sourced[Number](value=calibration.peak, unit=history.peak.unit,
                               provenance="calibrated", source=calibration.source)
         changed = history.model_copy(update={"peak": peak})
         return self.model_copy(update={"histories": {**self.histories, self.free_peak: changed}})

@@ -165,8 +165,8 @@ def solve(a, diagonal, x, part):
             store(part, 0, products)
             x[i] -= (((part[0] + part[1]) + (part[2] + part[3]))
                      + ((part[4] + part[5]) + (part[6] + part[7])))
-        for k in range(k, i):
-            x[i] -= a[base + k] * x[k]
+        for j in range(k, i):
+            x[i] -= a[base + j] * x[j]
         previous_end = diagonal[i]
     for i in range(n):
         x[i] /= a[diagonal[i]]
@@ -177,5 +177,5 @@ def solve(a, diagonal, x, part):
         while k + WIDTH <= i:
             store(x, k, load(x, k) - value * load(a, base + k))
             k += WIDTH
-        for k in range(k, i):
-            x[k] -= a[base + k] * value
+        for j in range(k, i):
+            x[j] -= a[base + j] * value
