@@ -3,7 +3,7 @@ paper, or with one factorization for many of them."""
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,11 @@ class NewtonRule:
         if self.max_iterations < self.least:
             raise InputError(f"a kept matrix takes {self.least} iterations at least, "
                              f"max_iterations is {self.max_iterations}")
+
+    @cached_property
+    def full(self):
+        """The same rule with a new matrix in each iteration."""
+        return replace(self, keep=False)
 
     @cached_property
     def least(self):

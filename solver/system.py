@@ -221,11 +221,9 @@ class System:
             StepError: the step did not converge although halved ``MAX_HALVINGS`` times.
         """
         loads = self.loads_at(start + (1.0 - scheme.alpha_f) * dt)
-        served = rule.keep and self.kept.serves(scheme.midpoint(dt))
         delta, failure = iterate(self, state, scheme, rule, dt, loads, record)
-        if delta is None and served:
-            self.kept.forget()
-            delta, failure = iterate(self, state, scheme, rule, dt, loads, record)
+        if delta is None and rule.keep:
+            delta, failure = iterate(self, state, scheme, rule.full, dt, loads, record)
         if delta is not None:
             return self._accept(state, scheme, start, dt, delta, loads, record)
         if depth == MAX_HALVINGS:
