@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import convergence
+import solver
 import timing
 import verification
 from convergence.run import code_version
@@ -19,6 +20,9 @@ PLAN = Path(__file__).with_name("plan.toml")
 
 SIZES = ("quick", "full")
 
+SOURCES = (".py", ".toml", ".json")
+"""Files of a package on which results depend: code, and the data that it reads."""
+
 LEFT_OUT = {"quick": ("verify-mutants", "time-growth")}
 """Parts that a size does not run: they alone would take as long as all the others."""
 
@@ -30,7 +34,7 @@ class Part:
     Attributes:
         name: names its stamp and its log; kind: ``verify``, ``converge``, ``time`` or ``run``.
         command: arguments of ``corovec``; result: the file that it writes.
-        packages: whose sources, beside the solver's, the result depends on.
+        packages: on whose sources, beside the solver's, the result depends.
         left_out: whether this size leaves it out.
     """
 
@@ -54,7 +58,7 @@ class Part:
     @property
     def code(self):
         """Versions of the sources that the result depends on."""
-        return [code_version(), *(code_version(package) for package in self.packages)]
+        return [code_version(package, SOURCES) for package in (solver, *self.packages)]
 
     def shown(self):
         """The command as one types it, without where its files go."""
@@ -116,7 +120,7 @@ class Stamps:
         return stamp if whole else None
 
     def write(self, part, status, seconds=None, message=""):
-        stamp = {"part": part.name, "command": list(part.command), "code": part.code,
+        stamp = {"part": part.name, "command": self._command(part), "code": part.code,
                  "status": status, "seconds": seconds, "message": message}
         self._path(part).write_text(json.dumps(stamp, indent=1), encoding="utf-8")
 
@@ -127,13 +131,17 @@ class Stamps:
     def current(self, part):
         """The stamp of a part if it is of this command and these sources, else None."""
         stamp = self.read(part)
-        same = stamp and (stamp["command"], stamp["code"]) == (list(part.command), part.code)
+        same = stamp and (stamp["command"], stamp["code"]) == (self._command(part), part.code)
         return stamp if same else None
 
     def finished(self, part):
         """Whether the part need not be run again."""
         stamp = self.current(part)
         return bool(stamp) and stamp["status"] == "finished" and part.result.exists()
+
+    def _command(self, part):
+        """The command with its files named from the folder of all results, which may be moved."""
+        return [word.removeprefix(str(self.folder.parent)) for word in part.command]
 
     def _path(self, part):
         return self.folder / f"{part.name}.json"
@@ -152,7 +160,8 @@ def _timings(size, folder):
         own = folder / "timing" / name
         yield Part(f"time-{name}", "time",
                    ("time", name, "--size", size, "--output", str(own), "--overwrite"),
-                   own / "timing.json", (timing,), f"time-{name}" in LEFT_OUT.get(size, ()))
+                   own / "timing.json", (timing, verification),
+                   f"time-{name}" in LEFT_OUT.get(size, ()))
 
 
 def _runs(size, folder):
@@ -169,7 +178,8 @@ def _studies(size, folder):
     for case in case_names():
         yield Part(f"converge-{case}", "converge",
                    ("converge", case, "--size", size, "--jobs", "1", "--output",
-                    str(folder / "convergence")), study_file(folder, case, size), (convergence,))
+                    str(folder / "convergence")), study_file(folder, case, size),
+                   (convergence, verification))
 
 
 def _suites(size, folder):
