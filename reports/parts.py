@@ -5,16 +5,19 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import convergence
 import solver
 import timing
 import verification
 from convergence.run import code_version
-from solver import InputError
+from solver import InputError, ResultFileError
 from solver.cases import case_names
 from timing.report import NAMES as TIMINGS
 from verification.registry import CASES
+
+from .recording import Recording
 
 PLAN = Path(__file__).with_name("plan.toml")
 
@@ -59,6 +62,32 @@ class Part:
     def code(self):
         """Versions of the sources that the result depends on."""
         return [code_version(package, SOURCES) for package in (solver, *self.packages)]
+
+    def read(self):
+        """Contents of the result: a :class:`Recording` of a run, else an object of JSON.
+
+        Raises:
+            ResultFileError: it is missing, damaged or incomplete.
+        """
+        if self.kind == "run":
+            result = Recording.open(self.result)
+            complete = result.contents["step"] == result.contents["n_steps"]
+        else:
+            try:
+                result = json.loads(self.result.read_text(encoding="utf-8"))
+            except (OSError, ValueError) as error:
+                raise ResultFileError(f"{self.result} is missing or damaged: {error}") from None
+            complete = result.get("complete", True)
+        if not complete:
+            raise ResultFileError(f"{self.result} is not complete")
+        return result
+
+    def whole(self):
+        """Whether the result can be read; that of a run, which may be large, only exists."""
+        try:
+            return self.result.exists() if self.kind == "run" else bool(self.read())
+        except ResultFileError:
+            return False
 
     def shown(self):
         """The command as one types it, without where its files go."""
@@ -137,7 +166,7 @@ class Stamps:
     def finished(self, part):
         """Whether the part need not be run again."""
         stamp = self.current(part)
-        return bool(stamp) and stamp["status"] == "finished" and part.result.exists()
+        return bool(stamp) and stamp["status"] == "finished" and part.whole()
 
     def _command(self, part):
         """The command with its files named from the folder of all results, which may be moved."""
@@ -152,7 +181,41 @@ def status(part, stamps):
     stamp = stamps.read(part)
     if stamp is None:
         return "left out" if part.left_out else "not run"
-    return stamp["status"] if stamps.current(part) else f"{stamp['status']}, earlier sources"
+    if not stamps.current(part):
+        return f"{stamp['status']}, earlier sources"
+    damaged = stamp["status"] == "finished" and not part.whole()
+    return "finished, damaged" if damaged else stamp["status"]
+
+
+class Lack(NamedTuple):
+    """Why a result is not shown: a verdict of the page, and the reason in words."""
+
+    verdict: str
+    why: str
+
+
+class Results:
+    """What the parts of a size wrote, as far as they are finished.
+
+    What a part wrote that failed since, was interrupted or had earlier sources is not shown.
+    """
+
+    def __init__(self, size, folder):
+        self.parts = {part.name: part for part in parts(size, folder)}
+        self.stamps = Stamps(folder / "parts")
+
+    def read(self, name):
+        """(contents, []) of a part, or (None, [:class:`Lack`])."""
+        part = self.parts[name]
+        stamp = self.stamps.current(part) or {}
+        ended = stamp.get("status")
+        if ended == "finished":
+            try:
+                return part.read(), []
+            except ResultFileError as error:
+                return None, [Lack("failed", str(error))]
+        verdict = ended if ended == "failed" else "left out" if part.left_out else "not run"
+        return None, [Lack(verdict, f"{name}: {stamp.get('message') or status(part, self.stamps)}")]
 
 
 def _timings(size, folder):
