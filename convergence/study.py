@@ -102,6 +102,11 @@ class CaseStudy:
                              "removal to study")
 
     @property
+    def supported(self):
+        """Whether the case has supports, so that its momenta are not conserved."""
+        return bool(case_model(self.case, self.elements[0], self.membrane).supports)
+
+    @property
     def paper_dt(self):
         return self.definition.paper.dt.value
 

@@ -48,7 +48,7 @@ class Row:
     scale: float = None
     target: float = None
     explanation: str = ""
-    covers: float = np.inf
+    covers: float = 0.0
     above: bool = False
     fitted: bool = False
 
@@ -104,9 +104,9 @@ class Case:
     slow: bool = False
 
 
-def at_least(name, value, bound, reason):
-    """Row of a baseline: the wrong variant's error must reach ``bound``."""
-    return Row(name, value, bound, "baseline", 0.0, reason, above=True)
+def at_least(name, value, bound, reason, kind="baseline"):
+    """Row of a number that must reach ``bound``: by default a baseline, a wrong variant's error."""
+    return Row(name, value, bound, kind, 0.0, reason, above=True)
 
 
 def small(name, value, bound, reason, scale=1.0):

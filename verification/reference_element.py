@@ -10,7 +10,6 @@ from .jets import cross, norm
 
 XI = np.array([-1.0, 1.0, 1.0, -1.0])
 ETA = np.array([-1.0, -1.0, 1.0, 1.0])
-SHEAR_FORMS = ("printed", "in-plane", "projected", "director")
 
 
 def local_frame(x):
