@@ -97,6 +97,8 @@ def _fail(message, status):
 @click.option("--solver", default="auto", show_default=True, help="auto, skyline or dense.")
 @click.option("--newton", default="modified", show_default=True,
               help="modified (a factorization serves many iterations) or full (the paper's).")
+@click.option("--tolerance", default=1e-6, show_default=True,
+              help="Work ratio at which an iteration ends (the paper's); see the README on Newton.")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
 @click.option("--output", type=click.Path(dir_okay=False), help="Result file (HDF5, ParaView).")
@@ -106,7 +108,7 @@ def _fail(message, status):
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
 def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, solver, newton,
-        membrane, output, frame_every, overwrite, resume, as_json):
+        tolerance, membrane, output, frame_every, overwrite, resume, as_json):
     """Simulate a benchmark CASE; options that are left out take the case's defaults.
 
     \b
@@ -130,7 +132,7 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
         dt=definition.defaults.dt if dt is None else dt,
         end_time=definition.defaults.end_time if end_time is None else end_time,
         scheme=scheme, rho_inf=rho_inf, transformation=transformation, axes=axes,
-        solver=solver, newton=newton, frame_every=frame_every)
+        solver=solver, newton=newton, tolerance=tolerance, frame_every=frame_every)
     elements = definition.defaults.elements if elements is None else elements
     model = definition.model(elements, membrane=membrane)
     if not as_json:
@@ -150,7 +152,8 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
     summary = {"case": case, "elements": elements, "nodes": len(model.nodes),
                "dt": settings.dt, "end_time": settings.end_time, "scheme": scheme,
                "rho_inf": rho_inf, "transformation": transformation, "axes": axes,
-               "membrane": membrane, "solver": result.solver, "newton": newton, **summary,
+               "membrane": membrane, "solver": result.solver, "newton": newton,
+               "tolerance": tolerance, **summary,
                "output": output,
                "seconds": {"assembly": result.seconds.assembly,
                            "factorization": result.seconds.factorization,

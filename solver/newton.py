@@ -58,6 +58,9 @@ class NewtonRule:
         if not 1 <= self.min_iterations <= self.max_iterations:
             raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
                              f"{self.min_iterations}")
+        if self.max_iterations < self.least:
+            raise InputError(f"a kept matrix takes {self.least} iterations at least, "
+                             f"max_iterations is {self.max_iterations}")
 
     @cached_property
     def least(self):
@@ -104,14 +107,14 @@ class KeptMatrix:
 
     def forget(self):
         """Drop the factorization: the next step starts with its own."""
-        self._step = None
+        self._step, self._carried = None, False
 
     def serves(self, step):
         """Whether there is a factorization for steps of this length and scheme."""
         return self._step == step
 
-    def keep(self, step, state):
-        """Factorize the assembled matrix of a step that starts at ``state``.
+    def make(self):
+        """Factorize the assembled matrix, for one iteration.
 
         Returns:
             How many pivots are negative, None if the solver does not tell.
@@ -120,8 +123,12 @@ class KeptMatrix:
             SingularMatrix: a pivot is zero or not finite.
         """
         self.forget()
-        negative = self._system.factorize()
-        self._step, self._carried = step, False
+        return self._system.factorize()
+
+    def keep(self, step, state):
+        """As :meth:`make`, and keep it for other steps; this one starts at ``state``."""
+        negative = self.make()
+        self._step = step
         corotation.keep(*self._place(state), self._frames, self._rates)
         return negative
 
@@ -180,7 +187,7 @@ def iterate(system, state, scheme, rule, dt, loads, record):
             return None, "a normal left the chart of its rotational variables"
         if new:
             try:
-                record.count(kept.keep(step, state))
+                record.count(kept.keep(step, state) if rule.keep else kept.make())
             except SingularMatrix as error:
                 return None, str(error)
             made = k

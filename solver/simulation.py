@@ -87,7 +87,8 @@ class Settings:
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
         make_scheme(self.scheme, self.rho_inf, self.transformation)
-        NewtonRule(self.tolerance, self.min_iterations, self.max_iterations)
+        NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
+                   self.newton == "modified")
 
     @property
     def n_steps(self):

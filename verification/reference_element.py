@@ -32,7 +32,7 @@ def local_variables(x, p, X, P):
     return t, rotation
 
 
-def energy(x, p, X, P, thickness, youngs, poisson, membrane="stress", shear="printed"):
+def energy(x, p, X, P, thickness, youngs, poisson, membrane="stress", shear="facet"):
     """Strain energy of the configuration (x, p) with initial configuration (X, P)."""
     t, rotation = local_variables(x, p, X, P)
     R_0 = local_frame(X).astype(float)
@@ -41,11 +41,11 @@ def energy(x, p, X, P, thickness, youngs, poisson, membrane="stress", shear="pri
 
 
 def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stress",
-                 shear="printed", normals=None):
+                 shear="facet", normals=None):
     """Strain energy as a function of the local variables.
 
     ``local`` (4, 3) holds the initial coordinates, ``normals`` (4, 3) the initial normals, which
-    forms of the shear other than the printed one need; see :func:`_side_shear`.
+    forms of the shear other than the facet's need; see :func:`_side_shear`.
     """
     u, v, w = t[:, 0], t[:, 1], t[:, 2]
     r_x, r_y = rotation[:, 0], rotation[:, 1]
@@ -92,8 +92,8 @@ def _side_shear(form, N, dN, t, rotation, local, normals):
     A director shell has ``x,a . p - X,a . P``; with r_0 the initial components of the normal in the
     element's frame its linear part on a plane element is ``w,a r_0z + dr . x,a + u,a . r_0``.
 
-    - ``printed``: the paper's ``w,a + dr . x,a``, that of a normal along e_z.
-    - ``in-plane``: the printed one and ``u,a . r_0``, the in-plane displacement on a tilted normal.
+    - ``facet``: the solver's ``w,a + dr . x,a``, that of a normal along e_z.
+    - ``in-plane``: the facet's and ``u,a . r_0``, the in-plane displacement on a tilted normal.
     - ``projected``: ``w,a r_0z + dr . x,a``, the deflection projected on the tilted normal.
     - ``director``: complete and nonlinear; the frame drops out of it.
     """
@@ -101,7 +101,7 @@ def _side_shear(form, N, dN, t, rotation, local, normals):
         return (dN @ (local + t)) @ (N @ (normals + rotation)) - (dN @ local) @ (N @ normals)
     slope = dN @ t
     turned = (N @ rotation)[:2] @ (dN @ local)[:2]
-    if form == "printed":
+    if form == "facet":
         return slope[2] + turned
     tilted = N @ normals
     if form == "in-plane":

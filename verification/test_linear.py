@@ -50,8 +50,9 @@ def test_skyline_against_lapack(n, reach, definite):
 def test_skyline_zero_pivot_is_reported():
     values, diagonal = np.array([1.0, 1.0, 1.0]), np.array([0, 2])
     assert skyline.factor(values, diagonal, *skyline.workspace(diagonal)) == (0, 1)
-    values = np.array([1.0, np.nan, 1.0])
-    assert skyline.factor(values, diagonal, *skyline.workspace(diagonal)) == (0, 1)
+    for wrong in (np.nan, np.inf, -np.inf):
+        values = np.array([1.0, 0.0, wrong])
+        assert skyline.factor(values, diagonal, *skyline.workspace(diagonal)) == (0, 1)
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 60])

@@ -277,7 +277,13 @@ class Case(_Strict):
         return next((name for name, h in self.histories.items() if h.peak), None)
 
     def calibrated(self, calibration):
-        """The case with the peak of a :class:`Calibration`."""
+        """The case with the peak of a :class:`Calibration`.
+
+        Raises:
+            InputError: it has no history with a peak.
+        """
+        if self.free_peak is None:
+            raise InputError(f"case {self.name} has no peak to calibrate")
         history = self.histories[self.free_peak]
         peak = Sourced[Number](value=calibration.peak, unit=history.peak.unit,
                               provenance="calibrated", source=calibration.source)

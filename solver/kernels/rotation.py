@@ -168,7 +168,7 @@ def spin_derivative(e, triad, omega, a, b, result):
 
 @njit(cache=True)
 def _carry(e, body, p):
-    """Director of a junction from the nodal frame, Eq. (12)."""
+    """Director of a junction from the nodal frame, Eq. (11)."""
     for c in range(3):
         p[c] = e[0, c] * body[0] + e[1, c] * body[1] + e[2, c] * body[2]
 

@@ -111,10 +111,10 @@ def _eliminate(G, L, size, rows):
             for i in range(k, PANEL):
                 G[k, i] -= multiplier * G[q, i]
         pivot = G[k, k]
+        if pivot == 0.0 or not np.isfinite(pivot):
+            return 0, k
         if pivot < 0.0:
             negative += 1
-        elif not pivot > 0.0 or pivot == np.inf:
-            return 0, k
         inverse = 1.0 / pivot
         for i in range(k, PANEL):
             L[k, i] = G[k, i] * inverse
