@@ -69,9 +69,10 @@ def as_run(item):
 
 
 @cache
-def code_version(package=solver):
-    """Version of corovec and a digest of a package's sources: an edit makes new results."""
+def code_version(package=solver, endings=(".py",)):
+    """Version of corovec and a digest of a package's files with such endings, by default its code:
+    an edit makes new results."""
     folder, digest = Path(package.__file__).parent, hashlib.sha256()
-    for source in sorted(folder.rglob("*.py")):
+    for source in sorted(path for path in folder.rglob("*") if path.suffix in endings):
         digest.update(source.relative_to(folder).as_posix().encode() + source.read_bytes())
     return f"{metadata.version('corovec')}+{digest.hexdigest()[:16]}"

@@ -9,6 +9,7 @@ import pandas as pd
 
 from solver import drift, total_energy
 from solver.provenance import commit, machine, versions
+from solver.recorder import replacing
 from solver.simulation import unloaded_row
 
 from .motion import Growth, deviations, displacement, dominant_line, growth, recurrence
@@ -297,11 +298,13 @@ def origin(studies, outcomes):
 
 
 def write_tables(folder, tables, origin):
-    """One CSV a table, and all of them with their origin in ``study.json``."""
+    """One CSV a table, and all of them with their origin in ``study.json``; each replaced as a
+    whole."""
     for name, frame in tables.items():
-        frame.to_csv(folder / f"{name}.csv", index=False)
-    with open(folder / "study.json", "w", encoding="utf-8") as file:
-        json.dump(as_json(tables, origin), file, indent=1)
+        with replacing(folder / f"{name}.csv") as partial:
+            frame.to_csv(partial, index=False)
+    with replacing(folder / "study.json") as partial:
+        partial.write_text(json.dumps(as_json(tables, origin), indent=1), encoding="utf-8")
 
 
 def as_json(tables, origin):

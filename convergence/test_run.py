@@ -82,8 +82,9 @@ def test_code_version_sees_every_source(monkeypatch, tmp_path):
     (package / "new.py").write_text("")
     seen.append(version())
     assert len(set(seen)) == 4
-    (package / "notes.txt").write_text("not code")
+    (package / "data.toml").write_text("not code")
     assert version() == seen[-1]
+    assert version(endings=(".py", ".toml")) != seen[-1]
 
 
 def test_equal_runs_have_equal_hashes_in_every_process():

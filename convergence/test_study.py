@@ -419,6 +419,16 @@ def test_membrane_field_is_another_study(command):
     assert {row["membrane"] for row in fields["strain"]["runs"]} == {"strain"}
 
 
+def test_tables_are_replaced_as_a_whole(tmp_path):
+    """Writing that breaks off leaves the tables that were there, and nothing beside them."""
+    found = {"mesh": pd.DataFrame({"elements": [30]})}
+    tables.write_tables(tmp_path, found, {"size": "quick"})
+    there = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    with pytest.raises(TypeError):
+        tables.write_tables(tmp_path, found, {"size": object()})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == there
+
+
 def test_commit_outside_git(monkeypatch, tmp_path):
     monkeypatch.setattr(provenance, "__file__", str(tmp_path / "provenance.py"))
     assert tables.commit() == f"version {tables.versions()['corovec']}"

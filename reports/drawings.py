@@ -1,6 +1,5 @@
 """The paper's figures: what each shows, how it is drawn, and which are the same picture."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -154,8 +153,3 @@ def figures_of(case):
     """The figures of a case that have a verdict."""
     drawn = dict.fromkeys(drawing.figure for drawing in DRAWINGS[case])
     return [name for name in TOPICS if name in drawn or name.rstrip("ab") in drawn]
-
-
-def read_json(path):
-    """Contents of a JSON file, None if it is not there."""
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None

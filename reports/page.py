@@ -14,7 +14,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from convergence.claims import claims, mesh_claims
 from convergence.study import printed_results
 from convergence.verdicts import assumptions
-from solver import ResultFileError
 from solver.cases import load_case
 from solver.provenance import commit, machine, usable_cores, versions
 from timing.tables import TABLES
@@ -22,20 +21,9 @@ from timing.verdicts import verdicts as timing_verdicts
 from verification.registry import CASES as VERIFICATION
 
 from . import figures, tables
-from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of, read_json
-from .parts import (
-    Stamps,
-    parts,
-    plan,
-    run_file,
-    status,
-    study_file,
-    suite_file,
-    suite_names,
-    timing_file,
-)
+from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of
+from .parts import Lack, Results, plan, status, suite_names
 from .player import packed_text, player
-from .recording import Recording
 from .tables import Cell, worst
 
 FINDINGS = Path(__file__).with_name("findings.toml")
@@ -66,28 +54,25 @@ LARGEST_SVG = 400_000
 
 
 def build(size, folder):
-    """Write ``folder``/page/index.html and its figures from whatever results are there.
+    """Write ``folder``/page/index.html and its figures from the results of the finished parts.
 
     Returns:
         Path: of the page.
     """
     page = folder / "page"
     (page / "figures").mkdir(parents=True, exist_ok=True)
-    everything = parts(size, folder)
-    stamps = Stamps(folder / "parts")
-    cases = [_case(name, size, folder, page / "figures") for name in CASES]
-    suites = [_suite(suite, folder) for suite in suite_names()]
-    timing = {name: read_json(timing_file(folder, name))
-              for name in ("targets", "iterations", "growth")}
+    results = Results(size, folder)
+    cases = [_case(name, size, results, page / "figures") for name in CASES]
+    suites = [_suite(suite, results) for suite in suite_names()]
     environment = Environment(loader=PackageLoader("reports"), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(
-        about=_about(size, everything, stamps),
+        about=_about(size, results),
         counts=tables.counts([row for part in (*cases, *suites) for row in part.rows]),
-        cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(folder),
-        verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(timing),
-        parts=_parts_table(everything, stamps),
+        cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(suites),
+        verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(results),
+        parts=_parts_table(results),
         style=_text("page.css"), script=_text("player.js"),
         players={name: json.dumps(data) for name, data in players.items()},
         plotly=_plotly() if players else "")
@@ -96,72 +81,69 @@ def build(size, folder):
     return path
 
 
-def _case(name, size, folder, pictures):
+def _case(name, size, results, pictures):
     """Everything that the page shows of a case."""
     definition = load_case(name)
-    study = read_json(study_file(folder, name, size))
-    timing = read_json(timing_file(folder, TIMES[name]))
-    recordings, problems = _recordings(name, size, folder)
+    study, no_study = results.read(f"converge-{name}")
+    timing, no_timing = results.read(f"time-{TIMES[name]}")
+    recordings, no_runs = _recordings(name, size, results)
+    broken = [Lack("failed", run["error"]) for run in study["runs"]
+              if run["status"] == "failed"] if study else []
     sources = Sources(definition, recordings, study)
-    claimed = _claims(name, recordings, study)
+    claimed = _claims(name, recordings, no_runs, study, no_study)
     printed = printed_results(name)
     time_rows = [row.as_dict() for row in timing_verdicts(
         timing["tables"][f"{TIMES[name]}-ratios"])] if timing else []
     energy_rows = [row for row in study["verdicts"] if row["kind"] == "published"] if study else []
     promise_rows = [row for row in study["verdicts"] if row["kind"] != "published"] if study else []
+    rows = [*energy_rows, *promise_rows, *time_rows,
+            *(row for claim in claimed.values() for row in claim.rows)]
     return SimpleNamespace(
-        name=name, short=SHORT[name], title=tables.case_titles()[name], rows=[
-            *energy_rows, *promise_rows, *time_rows,
-            *(row for claim in claimed.values() for row in claim.rows)],
+        name=name, short=SHORT[name], title=tables.case_titles()[name],
+        rows=list({str(row): row for row in rows}.values()),
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),
-        provenance=tables.provenance(name), claims=claimed, problems=problems,
+        provenance=tables.provenance(name), claims=claimed,
+        lacks=SimpleNamespace(study=no_study + broken, runs=no_runs, timing=no_timing),
         figures=[_figure(label, sources, claimed, pictures)
                  for label in dict.fromkeys(drawing.figure for drawing in DRAWINGS[name])],
         energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
-        energy_cell=_cell(printed["table"], energy_rows, f"energy, {SHORT[name]}"),
-        promise_cell=_cell(SHORT[name], promise_rows, "step, drift, damping",
-                           href=f"#{name}-study"),
+        energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {SHORT[name]}"),
+        promise_cell=_cell(SHORT[name], promise_rows, no_study + broken,
+                           "step, drift, damping", f"#{name}-study"),
         study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"])
         if study else None,
         times=tables.times(TIMES[name], timing),
         ratios=tables.ratios(TIMES[name], timing) if timing else None,
-        time_cell=_cell(TABLES[TIMES[name]], time_rows, f"CPU time, {SHORT[name]}"),
+        time_cell=_cell(TABLES[TIMES[name]], time_rows, no_timing, f"CPU time, {SHORT[name]}"),
         commands=[f"corovec converge {name} --size {size}", f"corovec time {TIMES[name]}"],
         run=recordings[-1].contents["description"] if recordings else None,
         player=player(recordings[-1]) if recordings else None)
 
 
-def _recordings(case, size, folder):
-    """(recordings of the runs of a case that are finished, the coarsest first; what is wrong)."""
-    found, problems = [], []
-    for run in sorted(plan(size)[case], key=lambda run: run["elements"]):
-        path = run_file(folder, case, run["elements"])
-        if path.exists():
-            try:
-                recording = Recording.open(path)
-                if recording.contents["step"] == recording.contents["n_steps"]:
-                    found.append(recording)
-            except ResultFileError as error:
-                problems.append(str(error))
-    return found, problems
+def _recordings(case, size, results):
+    """(recordings of the finished runs of a case, the coarsest first; lacks of the others)."""
+    read = [results.read(f"run-{case}-{elements}")
+            for elements in sorted(run["elements"] for run in plan(size)[case])]
+    return ([recording for recording, _ in read if recording],
+            [lack for _, lacks in read for lack in lacks])
 
 
-def _claims(case, recordings, study):
+def _claims(case, recordings, no_runs, study, no_study):
     """``{figure: rows and cell}`` of all figures of a case."""
-    found = {figure: [] for figure in figures_of(case)}
-    found[next(iter(found))] = [row.as_dict() for row in mesh_claims(case)]
+    found = {figure: ([], no_runs) for figure in figures_of(case)}
+    found[next(iter(found))] = [row.as_dict() for row in mesh_claims(case)], []
     if recordings:
         runs = {recording.elements: recording.contents for recording in recordings}
         for figure, rows in claims(case, runs).items():
-            found[figure] = [row.as_dict() for row in rows]
-    for figure, texts in OF_STUDY.items():
-        if study and figure in found:
-            found[figure] = [row for row in study["verdicts"]
-                             if any(text in row["name"] for text in texts)]
+            found[figure] = [row.as_dict() for row in rows], no_runs
+    for figure in OF_STUDY.keys() & found:
+        rows = study["verdicts"] if study else []
+        found[figure] = [row for row in rows if any(
+            text in row["name"] for text in OF_STUDY[figure])], no_study
     return {figure: SimpleNamespace(
-        cell=_cell(figure, rows, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows)
-        for figure, rows in found.items()}
+        cell=_cell(figure, rows, lacks, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows)
+        for figure, (rows, lacks) in found.items()}
 
 
 def _figure(label, sources, claimed, folder):
@@ -189,32 +171,31 @@ def _picture(drawing, sources, folder):
                            files=[f"figures/{path.name}" for path in (svg, png, csv)])
 
 
-def _suite(name, folder):
+def _suite(name, results):
     """A verification suite: its cases with their rows, and its cell."""
-    cases = [case for case in VERIFICATION if case.suite == name]
-    report = read_json(suite_file(folder, name))
-    results = {case["name"]: case for case in report["cases"]} if report else {}
+    report, no_report = results.read(f"verify-{name}")
+    ended = {case["name"]: case for case in report["cases"]} if report else {}
     shown = []
-    for case in cases:
-        result = results.get(case.name)
-        rows = result["rows"] if result else []
-        error = result["error"] if result else None
+    for case in [case for case in VERIFICATION if case.suite == name]:
+        lacks = no_report or [Lack("not run", f"{case.name}: not run")]
+        result = ended.get(case.name, {"rows": [], "error": None, "seconds": None})
+        rows, error = result["rows"], result["error"]
+        if case.name in ended:
+            lacks = [Lack("failed", f"{case.name}: {error}")] if error else []
         shown.append(SimpleNamespace(
-            name=case.name, claim=case.claim, source=case.source, definition=case.definition,
-            seconds=tables.duration(result["seconds"]) if result else "", error=error,
-            cell=_cell(case.name, rows, error=error), table=tables.verdict_rows("", rows)))
-    rows = [row for result in results.values() for row in result["rows"]]
-    failed = next((case.error for case in shown if case.error), None)
-    cell = _cell(name, rows, SUITES[name], failed, f"#verify-{name}")
-    return SimpleNamespace(name=name, cases=shown, cell=cell, rows=rows,
-                           command=f"corovec verify {name}")
+            case=case, rows=rows, lacks=lacks, seconds=tables.duration(result["seconds"]),
+            cell=_cell(case.name, rows, lacks), table=tables.verdict_rows("", rows)))
+    rows = [row for item in shown for row in item.rows]
+    lacks = list(dict.fromkeys(lack for item in shown for lack in item.lacks))
+    return SimpleNamespace(name=name, cases=shown, rows=rows, command=f"corovec verify {name}",
+                           cell=_cell(name, rows, lacks, SUITES[name], f"#verify-{name}"))
 
 
-def _cell(label, rows, topic="", error=None, href=None):
-    """The grid's cell of some rows: their worst verdict, and how many there are of each."""
-    verdicts = [row["verdict"] for row in rows] + (["failed"] if error else [])
-    return Cell(label, worst(verdicts), topic, error or tables.summary(rows),
-                href or f"#{_anchor(label)}")
+def _cell(label, rows, lacks, topic="", href=None):
+    """The grid's cell of some rows: the worst of their verdicts and of what lacks, and why."""
+    verdicts = [lack.verdict for lack in lacks] + [row["verdict"] for row in rows]
+    detail = [*(lack.why for lack in lacks), *([tables.summary(rows)] if rows else [])]
+    return Cell(label, worst(verdicts), topic, "; ".join(detail), href or f"#{_anchor(label)}")
 
 
 def _grid(cases, suites):
@@ -229,48 +210,49 @@ def _grid(cases, suites):
             ("Verification suites", [suite.cell for suite in suites])]
 
 
-def _findings(folder):
+def _findings(suites):
     """The findings, each with the rows of the verification cases that show it."""
     with open(FINDINGS, "rb") as file:
         groups = tomllib.load(file)
-    reports = {}
-    for suite in suite_names():
-        report = read_json(suite_file(folder, suite))
-        reports |= {case["name"]: case["rows"] for case in report["cases"]} if report else {}
+    reports = {item.case.name: item.rows for suite in suites for item in suite.cases}
     return [SimpleNamespace(title=group["title"], items=[
         SimpleNamespace(**{"where": "", **finding}, evidence=_evidence(finding, reports))
         for finding in group["finding"]]) for group in groups.values()]
 
 
 def _evidence(finding, reports):
-    """Table of the rows that a finding points to; None if their case was not run."""
-    rows = [row for row in reports.get(finding.get("case"), ())
+    """Table of the rows that a finding points to; None if its cases were not run."""
+    cases = finding.get("cases", ())
+    rows = [row for case in cases for row in reports[case]
             if any(text in row["name"] for text in finding.get("rows", ("",)))]
-    return tables.verdict_rows(f"corovec verify {finding['case']}", rows) if rows else None
+    return tables.verdict_rows(f"corovec verify {' '.join(cases)}", rows) if rows else None
 
 
-def _speed(timing):
+def _speed(results):
     """Tables of what goes beyond the paper's timings."""
     makers = {"targets": tables.targets, "iterations": tables.iterations, "growth": tables.growth}
-    return [SimpleNamespace(table=make(timing[name]) if timing[name] else None,
-                            command=f"corovec time {name}") for name, make in makers.items()]
+    read = {name: results.read(f"time-{name}") for name in makers}
+    return [SimpleNamespace(table=make(read[name][0]) if read[name][0] else None,
+                            lacks=read[name][1], command=f"corovec time {name}")
+            for name, make in makers.items()]
 
 
-def _about(size, everything, stamps):
+def _about(size, results):
     """Where and when: the line below the title."""
-    seconds = sum((stamps.read(part) or {}).get("seconds") or 0.0 for part in everything)
+    seconds = sum((results.stamps.read(part) or {}).get("seconds") or 0.0
+                  for part in results.parts.values())
     return SimpleNamespace(
         size=size, date=datetime.datetime.now().isoformat(" ", timespec="minutes"),
         commit=commit(), machine=machine(), cores=usable_cores(), versions=versions(),
         seconds=tables.duration(seconds), command=f"corovec reproduce --size {size}")
 
 
-def _parts_table(everything, stamps):
+def _parts_table(results):
     """How every part ended."""
     rows = []
-    for part in everything:
-        stamp = stamps.read(part)
-        rows.append([part.name, status(part, stamps), tables.duration(
+    for part in results.parts.values():
+        stamp = results.stamps.read(part)
+        rows.append([part.name, status(part, results.stamps), tables.duration(
             stamp and stamp["seconds"]), part.shown(), (stamp or {}).get("message", "")])
     return tables.Table("Parts", ("part", "status", "wall clock", "command", "message"), rows)
 

@@ -5,19 +5,26 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import convergence
+import solver
 import timing
 import verification
 from convergence.run import code_version
-from solver import InputError
+from solver import InputError, ResultFileError
 from solver.cases import case_names
 from timing.report import NAMES as TIMINGS
 from verification.registry import CASES
 
+from .recording import Recording
+
 PLAN = Path(__file__).with_name("plan.toml")
 
 SIZES = ("quick", "full")
+
+SOURCES = (".py", ".toml", ".json")
+"""Files of a package on which results depend: code, and the data that it reads."""
 
 LEFT_OUT = {"quick": ("verify-mutants", "time-growth")}
 """Parts that a size does not run: they alone would take as long as all the others."""
@@ -30,7 +37,7 @@ class Part:
     Attributes:
         name: names its stamp and its log; kind: ``verify``, ``converge``, ``time`` or ``run``.
         command: arguments of ``corovec``; result: the file that it writes.
-        packages: whose sources, beside the solver's, the result depends on.
+        packages: on whose sources, beside the solver's, the result depends.
         left_out: whether this size leaves it out.
     """
 
@@ -54,7 +61,33 @@ class Part:
     @property
     def code(self):
         """Versions of the sources that the result depends on."""
-        return [code_version(), *(code_version(package) for package in self.packages)]
+        return [code_version(package, SOURCES) for package in (solver, *self.packages)]
+
+    def read(self):
+        """Contents of the result: a :class:`Recording` of a run, else an object of JSON.
+
+        Raises:
+            ResultFileError: it is missing, damaged or incomplete.
+        """
+        if self.kind == "run":
+            result = Recording.open(self.result)
+            complete = result.contents["step"] == result.contents["n_steps"]
+        else:
+            try:
+                result = json.loads(self.result.read_text(encoding="utf-8"))
+            except (OSError, ValueError) as error:
+                raise ResultFileError(f"{self.result} is missing or damaged: {error}") from None
+            complete = result.get("complete", True)
+        if not complete:
+            raise ResultFileError(f"{self.result} is not complete")
+        return result
+
+    def whole(self):
+        """Whether the result can be read; that of a run, which may be large, only exists."""
+        try:
+            return self.result.exists() if self.kind == "run" else bool(self.read())
+        except ResultFileError:
+            return False
 
     def shown(self):
         """The command as one types it, without where its files go."""
@@ -116,7 +149,7 @@ class Stamps:
         return stamp if whole else None
 
     def write(self, part, status, seconds=None, message=""):
-        stamp = {"part": part.name, "command": list(part.command), "code": part.code,
+        stamp = {"part": part.name, "command": self._command(part), "code": part.code,
                  "status": status, "seconds": seconds, "message": message}
         self._path(part).write_text(json.dumps(stamp, indent=1), encoding="utf-8")
 
@@ -127,13 +160,17 @@ class Stamps:
     def current(self, part):
         """The stamp of a part if it is of this command and these sources, else None."""
         stamp = self.read(part)
-        same = stamp and (stamp["command"], stamp["code"]) == (list(part.command), part.code)
+        same = stamp and (stamp["command"], stamp["code"]) == (self._command(part), part.code)
         return stamp if same else None
 
     def finished(self, part):
         """Whether the part need not be run again."""
         stamp = self.current(part)
-        return bool(stamp) and stamp["status"] == "finished" and part.result.exists()
+        return bool(stamp) and stamp["status"] == "finished" and part.whole()
+
+    def _command(self, part):
+        """The command with its files named from the folder of all results, which may be moved."""
+        return [word.removeprefix(str(self.folder.parent)) for word in part.command]
 
     def _path(self, part):
         return self.folder / f"{part.name}.json"
@@ -144,7 +181,41 @@ def status(part, stamps):
     stamp = stamps.read(part)
     if stamp is None:
         return "left out" if part.left_out else "not run"
-    return stamp["status"] if stamps.current(part) else f"{stamp['status']}, earlier sources"
+    if not stamps.current(part):
+        return f"{stamp['status']}, earlier sources"
+    damaged = stamp["status"] == "finished" and not part.whole()
+    return "finished, damaged" if damaged else stamp["status"]
+
+
+class Lack(NamedTuple):
+    """Why a result is not shown: a verdict of the page, and the reason in words."""
+
+    verdict: str
+    why: str
+
+
+class Results:
+    """What the parts of a size wrote, as far as they are finished.
+
+    What a part wrote that failed since, was interrupted or had earlier sources is not shown.
+    """
+
+    def __init__(self, size, folder):
+        self.parts = {part.name: part for part in parts(size, folder)}
+        self.stamps = Stamps(folder / "parts")
+
+    def read(self, name):
+        """(contents, []) of a part, or (None, [:class:`Lack`])."""
+        part = self.parts[name]
+        stamp = self.stamps.current(part) or {}
+        ended = stamp.get("status")
+        if ended == "finished":
+            try:
+                return part.read(), []
+            except ResultFileError as error:
+                return None, [Lack("failed", str(error))]
+        verdict = ended if ended == "failed" else "left out" if part.left_out else "not run"
+        return None, [Lack(verdict, f"{name}: {stamp.get('message') or status(part, self.stamps)}")]
 
 
 def _timings(size, folder):
@@ -152,7 +223,8 @@ def _timings(size, folder):
         own = folder / "timing" / name
         yield Part(f"time-{name}", "time",
                    ("time", name, "--size", size, "--output", str(own), "--overwrite"),
-                   own / "timing.json", (timing,), f"time-{name}" in LEFT_OUT.get(size, ()))
+                   own / "timing.json", (timing, verification),
+                   f"time-{name}" in LEFT_OUT.get(size, ()))
 
 
 def _runs(size, folder):
@@ -169,7 +241,8 @@ def _studies(size, folder):
     for case in case_names():
         yield Part(f"converge-{case}", "converge",
                    ("converge", case, "--size", size, "--jobs", "1", "--output",
-                    str(folder / "convergence")), study_file(folder, case, size), (convergence,))
+                    str(folder / "convergence")), study_file(folder, case, size),
+                   (convergence, verification))
 
 
 def _suites(size, folder):

@@ -67,7 +67,7 @@ def _run(part, stamps):
                               env={**os.environ, **dict.fromkeys(THREADS, "1")}).returncode
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
-    good = code == 0 or code == 1 and part.judged and written
+    good = code == 0 or code == 1 and part.judged and written and part.whole()
     status = "finished" if good else "failed"
     stamps.write(part, status, seconds, "" if good else _last_line(stamps.log(part), code))
     return part, status, seconds

@@ -10,13 +10,14 @@ from timing.verdicts import verdicts as timing_verdicts
 VERDICTS = {
     "failed": "ended with an error",
     "deviates (open)": "differs, and nobody knows why",
+    "not run": "belongs to this size, but was not yet run, or not since its sources changed",
     "deviates (explained)": "differs, with the reason given, within the bound that the reason has",
     "calibrated": "a parameter was fitted to this very number: agreement proves nothing",
     "within tolerance": "differs by less than a tolerance that carries its reason",
     "better": "nearer to the exact value than the reference",
     "match": "equal, to rounding or to the printed digits",
     "not reproducible": "the data is lost and cannot be made again",
-    "not run": "left out of this size, or not yet run",
+    "left out": "does not belong to this size",
 }
 """All verdicts, the worst first, and what they say."""
 
@@ -100,7 +101,7 @@ def energies(study, printed):
                      percent(row.get("difference"), sign=True), printed["error"][k],
                      percent(row.get("error_of_printed")), percent(row.get("error")),
                      number(row.get("order_of_printed"), 3), number(row.get("order"), 3),
-                     Cell(name, verdict.get(name, "not run"))])
+                     Cell(name, verdict.get(name, "left out" if study else "not run"))])
     notes = [f"Errors of the last two columns of errors take the finest mesh run here, {finest} "
              "elements, as reference, for both.  Orders come from successive differences, which "
              "need no reference."] if study else []
@@ -164,7 +165,7 @@ def ratios(name, timing):
           number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
           number(row.get("lapack_skyline"), 3), number(row.get("sparsity"), 3),
           number(row.get("symmetry_skyline"), 3),
-          Cell("", verdict.get(str(row["elements"]), "not run"))] for row in rows],
+          Cell("", verdict.get(str(row["elements"]), "left out"))] for row in rows],
         ["Sparsity: LAPACK's dense LU against its banded LU; symmetry: banded LU against the "
          "skyline; both of factorization and solution alone."])
 

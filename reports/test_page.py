@@ -4,17 +4,24 @@ import gzip
 import json
 import re
 import shutil
+import tomllib
 from base64 import b64decode
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import convergence
+import solver
+import timing as timing_package
+import verification
+from convergence.run import code_version
 from reports import page, parts, reproduce
 from reports.cli import reproduce as command
-from reports.parts import Part, Stamps
+from reports.parts import Part, Results, Stamps
 from reports.player import STEPS, player
 from reports.recording import Recording
 from solver import InputError, Settings, simulate
@@ -22,6 +29,7 @@ from solver.cases import load_case
 from timing.printed import cells
 from timing.solvers import METHODS
 from timing.tables import ratios
+from verification.case import small
 from verification.registry import Outcome, find, make_report
 
 SIZE = "quick"
@@ -33,20 +41,20 @@ DEVIATING = {"name": "30 elements: energy after unloading [J]", "value": 70.6, "
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """A folder with a run, a suite, a study and a timing, small or made up."""
+    """A folder with runs, a suite, a study and a timing, small or made up."""
     folder = tmp_path_factory.mktemp("results")
-    for sub in ("runs", "verification", "timing/table-2", "convergence/l-plate/quick", "parts"):
-        (folder / sub).mkdir(parents=True)
-    case = load_case("l-plate")
+    finish(folder, "verify-kernel", suite("kernel"))
+    finish(folder, "verify-patch", {**suite("patch"), "cases": suite("patch")["cases"][1:]})
+    finish(folder, "converge-l-plate", study())
+    finish(folder, "time-table-2", timing())
+    finish(folder, "converge-plates", status="failed")
+    for elements in (30, 120, 480):
+        finish(folder, f"run-l-plate-{elements}")
     settings = Settings(dt=0.02, end_time=1.2, frame_every=1)
-    simulate(case.model(30), settings, output=parts.run_file(folder, "l-plate", 30), case="l-plate")
-    (rigid,) = find(["rigid-momenta"])
-    report = make_report([Outcome(rigid, rigid.run(), 0.1, None)], "2000-01-01", True)
-    write(parts.suite_file(folder, "kernel"), report)
-    write(parts.study_file(folder, "l-plate", SIZE), study())
-    write(parts.timing_file(folder, "table-2"), timing())
-    failing = next(part for part in parts.parts(SIZE, folder) if part.name == "converge-plates")
-    Stamps(folder / "parts").write(failing, "failed", 1.0, "disk <full>")
+    runs = [parts.run_file(folder, "l-plate", elements) for elements in (30, 120, 480)]
+    simulate(load_case("l-plate").model(30), settings, output=runs[0], case="l-plate")
+    for path in runs[1:]:
+        shutil.copy(runs[0], path)
     return folder
 
 
@@ -55,8 +63,21 @@ def html(results):
     return page.build(SIZE, results).read_text(encoding="utf-8")
 
 
-def write(path, contents):
-    path.write_text(json.dumps(contents), encoding="utf-8")
+def finish(folder, name, contents=None, status="finished"):
+    """The stamp of a part, and its result."""
+    part = Results(SIZE, folder).parts[name]
+    part.result.parent.mkdir(parents=True, exist_ok=True)
+    (folder / "parts").mkdir(exist_ok=True)
+    Stamps(folder / "parts").write(part, status, 1.0, "disk <full>" if status == "failed" else "")
+    if contents:
+        part.result.write_text(json.dumps(contents), encoding="utf-8")
+    return part
+
+
+def suite(name):
+    """Report of a suite whose cases have one row each."""
+    rows = [small("nothing", 0.0, 1e-9, "rounding")]
+    return make_report([Outcome(case, rows) for case in find([name])], "2000-01-01", True)
 
 
 def study():
@@ -66,7 +87,9 @@ def study():
     slope = {"quantity": "slope, finest mesh as reference", "unit": "", "ours": -2.0,
              "of_printed": -1.7, "of_all_printed": -1.27, "printed": "-1.27", "note": ""}
     drift = {**DEVIATING, "name": "energy drift", "kind": "analytic", "verdict": "match"}
-    return {"mesh": [mesh], "summary": [slope], "verdicts": [DEVIATING, drift]}
+    rate = {**DEVIATING, "name": "slope", "verdict": "deviates (explained)"}
+    return {"mesh": [mesh], "summary": [slope], "verdicts": [DEVIATING, drift, rate],
+            "runs": [{"status": "finished", "error": ""}]}
 
 
 def timing():
@@ -113,9 +136,91 @@ def test_cells_have_the_worst_verdict_of_what_was_written(html):
     assert cell(html, "Figure 2")[0] == "match"
     assert cell(html, "Figure 3")[0] == "within tolerance"
     assert cell(html, "Figure 12")[0] == "not run"
+    assert cell(html, "Figure 5")[0] == "deviates (explained)"
     assert cell(html, "kernel")[0] == "match"
-    assert cell(html, "mutants")[0] == "not run"
+    assert cell(html, "patch")[0] == "not run"
+    assert cell(html, "mutants")[0] == "left out"
     assert html.count("not redrawn") == 3
+
+
+def test_every_row_is_counted_once(html):
+    """The slope, of Table 1 and Figure 5; the energy drift, of Figures 3 and 6; the ratios."""
+    total = re.search('<p class="sum">(.*?)<span class="note">', html)[1]
+    counts = {name: int(count) for count, name in re.findall(r">(\d+) ([^<]+)<", total)}
+    ratios = sum(cell.table == "Table 2" and cell.method == "dense" for cell in cells())
+    del counts["match"]
+    assert counts == {"deviates (open)": 1, "deviates (explained)": 1,
+                      "within tolerance": ratios + 1}
+
+
+def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
+    """Whatever file is there: of a part that failed, was interrupted, is damaged or outdated."""
+    finish(tmp_path, "converge-l-plate", study(), "failed")
+    finish(tmp_path, "time-table-2", timing(), "failed")
+    broken = {"status": "failed", "error": "no convergence at t = 1 s"}
+    finish(tmp_path, "converge-ruler", {**study(), "runs": [broken]})
+    damaged = finish(tmp_path, "converge-hemisphere", study()).result
+    damaged.write_text(damaged.read_text()[:-9])
+    missing = finish(tmp_path, "run-ruler-120").result
+    finish(tmp_path, "verify-kernel", suite("kernel"), "begun")
+    finish(tmp_path, "verify-patch", {**suite("patch"), "complete": False})
+    finish(tmp_path, "verify-rotations", suite("rotations"))
+    with monkeypatch.context() as earlier:
+        earlier.setattr(parts, "code_version", lambda *_: "0.1.0+earlier")
+        finish(tmp_path, "verify-linear", suite("linear"))
+        finish(tmp_path, "verify-mutants", suite("mutants"))
+    html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    for verdict, labels in {
+            "failed": ("Table 1", "Table 2", "L-plate", "Figure 5", "Table 5", "Figure 12", "patch",
+                       "ruler", "Figure 8"),
+            "not run": ("Table 6", "Figure 3", "Figure 11", "kernel", "linear", "dynamics"),
+            "left out": ("mutants",), "match": ("rotations", "Figure 2")}.items():
+        assert {label: cell(html, label)[0] for label in labels} == dict.fromkeys(labels, verdict)
+    for text in (f"{damaged} is missing or damaged", str(missing), broken["error"],
+                 "disk &lt;full&gt;", "verify-linear: finished, earlier sources",
+                 "verify-kernel: begun", "finished, damaged", "time-growth: left out"):
+        assert text in html, text
+
+
+@pytest.mark.parametrize("name, data, others", [
+    ("run-ruler-120", [solver], [verification]),
+    ("converge-ruler", [solver, convergence, verification], [timing_package]),
+    ("time-table-4", [solver, timing_package, verification], [convergence]),
+    ("verify-patch", [solver, verification], [convergence])])
+def test_stamps_see_code_and_data(tmp_path, monkeypatch, name, data, others):
+    """A part is out of date when code, TOML or JSON changes that it computes with or judges by."""
+    part = Results(SIZE, tmp_path).parts[name]
+    monkeypatch.setattr(parts, "code_version", code_version.__wrapped__)
+    for package in (*data, *others):
+        for file in ("module.py", "printed.toml", "calibrated.json"):
+            folder = tmp_path / package.__name__
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            (folder / file).write_text("1")
+            with monkeypatch.context() as moved:
+                moved.setattr(package, "__file__", str(folder / "__init__.py"))
+                before = part.code
+                (folder / file).write_text("2")
+                assert (part.code != before) == (package in data), (package, file)
+
+
+def test_results_may_be_moved(tmp_path):
+    for name in ("converge-l-plate", "time-table-2"):
+        finish(tmp_path / "here", name, study())
+        shutil.copytree(tmp_path / "here", tmp_path / "there", dirs_exist_ok=True)
+        assert Results(SIZE, tmp_path / "there").read(name) == (study(), [])
+
+
+def test_findings_are_shown_by_cases_that_their_commands_run():
+    with open(page.FINDINGS, "rb") as file:
+        findings = [finding for group in tomllib.load(file).values()
+                    for finding in group["finding"]]
+    for finding in findings:
+        assert {"title", "text", "command"} <= set(finding)
+        assert set(finding) <= {"title", "text", "command", "where", "cases", "rows"}, finding
+        names = finding["command"].partition(" && ")[0].split()[2:]
+        if "cases" in finding:
+            assert set(finding["cases"]) <= {case.name for case in find(names)}, finding["title"]
 
 
 def test_printed_numbers_errata_and_provenance_are_shown(html):
@@ -129,6 +234,7 @@ def test_page_without_results_is_whole(tmp_path):
     html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
     assert html.count("<img") == 4
     assert cell(html, "Table 1")[0] == cell(html, "Figure 3")[0] == "not run"
+    assert cell(html, "mutants")[0] == "left out"
     assert "Plotly" not in html
 
 
@@ -148,6 +254,20 @@ def test_player_holds_the_frames(results):
     assert np.abs(x - recording.positions()).max() < 2e-4
     energy = np.array(data["kinetic"]) + data["strain"]
     assert np.abs(energy[50:] / energy[50] - 1.0).max() < 1e-3
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_suite_that_breaks_off_is_no_deviation(tmp_path, monkeypatch, complete):
+    """Both end with exit status 1; the file of the suite tells them apart."""
+    path = tmp_path / "suite.json"
+
+    def run(*_, **__):
+        path.write_text(json.dumps({**suite("kernel"), "complete": complete}))
+        return SimpleNamespace(returncode=1)
+
+    monkeypatch.setattr(reproduce.subprocess, "run", run)
+    part = Part("verify-kernel", "verify", ("verify", "kernel"), path, ())
+    assert reproduce.run_parts([part], tmp_path, 1) == (not complete)
 
 
 def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
