@@ -132,7 +132,9 @@ def _recordings(case, size, results):
 def _claims(case, recordings, no_runs, study, no_study):
     """``{figure: rows and cell}`` of all figures of a case."""
     found = {figure: ([], no_runs) for figure in figures_of(case)}
-    found[next(iter(found))] = [row.as_dict() for row in mesh_claims(case)], []
+    counted = [row.as_dict() for row in mesh_claims(case)]
+    lost = [] if counted else [Lack("not reproducible", "outline and loads are lost with it")]
+    found[next(iter(found))] = counted, lost
     if recordings:
         runs = {recording.elements: recording.contents for recording in recordings}
         for figure, rows in claims(case, runs).items():
