@@ -1,8 +1,10 @@
 """What a study asks for and concludes: from histories made by formulas, and from small runs."""
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -142,6 +144,25 @@ def test_printed_columns_beside_ours():
     for name in ("30 elements: energy after unloading [J]", "slope, finest mesh as reference",
                  "order, successive differences"):
         assert verdicts[name] == "deviates (explained)"
+
+
+def labels(text):
+    """What stands at the beginnings of the lines of a study as text, numbers left out."""
+    return [re.split(r"  +|[:,] |\d", line.strip())[0] for line in text.splitlines()]
+
+
+def test_readme_shows_a_study_as_it_is_printed(capsys):
+    """The same lines, and as many verdicts: a study that was pasted before it changed is old."""
+    case_study = CaseStudy("l-plate")
+    _, frames, _ = found(case_study)
+    show(case_study, frames, "folder")
+    shown = capsys.readouterr().out
+    shown = shown[shown.index("\n") + 1:shown.index("\nruns:") + 1]
+    readme = Path(__file__).parents[1].joinpath("README.md").read_text(encoding="utf-8")
+    block = re.search(r"```\n( elements  printed.*?)```", readme, re.DOTALL)[1]
+    assert labels(block) == labels(shown)
+    verdicts = re.search("verdicts: (.*)", block)[1]
+    assert sum(map(int, re.findall(r"\d+", verdicts))) == len(frames["verdicts"])
 
 
 def changed(case_study, outcomes, change):

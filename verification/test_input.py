@@ -358,6 +358,7 @@ def test_bad_time_function(times, values, message):
     ({"dt": 1e-12}, "at most 1e.08 can be recorded"),
     ({"scheme": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
     ({"max_iterations": 0}, "max_iterations must be at least 1, is 0"),
+    ({"max_iterations": 1, "min_iterations": 1}, "a kept matrix takes 2 iterations at least"),
 ])
 def test_bad_settings(options, message):
     with pytest.raises(InputError, match=message):
