@@ -50,8 +50,8 @@ class Part:
 
     @property
     def alone(self):
-        """Timings share the machine with nothing else."""
-        return self.kind == "time"
+        """Timings share the machine with nothing else; iterations are counted, not timed."""
+        return self.kind == "time" and self.name != "time-iterations"
 
     @property
     def judged(self):
