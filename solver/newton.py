@@ -200,7 +200,7 @@ def iterate(system, state, scheme, rule, dt, loads, record):
         correction = kept.solve(system.residual[0])
         system.seconds.solve += time.perf_counter() - clock
         work = abs(float(system.residual[0] @ correction))
-        if not np.isfinite(work):
+        if not math.isfinite(work):
             return None, "the residual is not finite"
         record.iterations += 1
         first = work if k == 1 else first

@@ -252,9 +252,9 @@ class System:
         """End of a converged step: new state, energies, switches."""
         assembly.accept(self._numbering, scheme.end(dt), delta, state.x, state.x_low,
                         state.variables, state.velocity, state.acceleration)
-        applied = self.loads_at(start + 0.5 * dt)[0]
+        applied = loads[0] if scheme.alpha_f == 0.5 else self.loads_at(start + 0.5 * dt)[0]
         if not self.all_dead:
-            applied += self.residual[2] - loads[0]
+            applied = applied + self.residual[2] - loads[0]
         state.external_work += float(applied @ delta)
         record.switches += self.switch(state, dt)
         return self.observe(state)
