@@ -22,7 +22,7 @@ from .study import (
     printed_results,
     unloaded_energy,
 )
-from .verdicts import time_order, verdicts
+from .verdicts import verdicts
 
 DRIFTS = {f"{name}_drift": name for name in ("energy", "linear_momentum", "angular_momentum")}
 
@@ -210,6 +210,7 @@ def summary_table(study, tables):
          **{name: value.orders[-1] for name, value in limits.items()}},
         {"quantity": "limit, successive differences", "unit": "J",
          **{name: value.limit for name, value in limits.items()}}]
+    steps = tables["time_step"].dropna(subset="change_by_halving")
     at_target, beyond = crossing(late["dt"], late["energy_drift"], DRIFT_TARGET)
     last = late.iloc[-1]
     flight = f"until {last['until']:g} s, dt = {last['dt']:g} s"
@@ -217,7 +218,7 @@ def summary_table(study, tables):
             ("time step of the mesh study", mesh["dt"][0], "s", ""),
             ("change by halving it / mesh error", mesh["time_step_share"].max(), "", "at most"),
             ("order of the energy in dt",
-             time_order(tables["time_step"]), "", "largest step left out"),
+             log_log_fit(steps["dt"], steps["change_by_halving"].abs()).slope, "", ""),
             ("energy drift", last["energy_drift"], "", flight),
             ("linear momentum drift", last["linear_momentum_drift"], "", flight),
             ("angular momentum drift", last["angular_momentum_drift"], "", flight),
