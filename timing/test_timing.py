@@ -21,6 +21,7 @@ from timing.report import run, text
 from timing.solvers import METHODS, make_system
 from timing.tables import Bench, ratios
 from timing.targets import Target
+from timing.verdicts import verdicts
 from verification.element_oracle import relative
 from verification.helpers import corovec, full_matrix
 
@@ -158,9 +159,9 @@ def test_table_row_from_single_calls(monkeypatch):
 
 
 def test_ratios_and_their_factors():
-    rows = [{"table": "Table 2", "case": "l-plate", "elements": 480, "unknowns": 9, "method": name,
-             "basis": basis, "step_cpu": step, "factor_cpu": factor, "solve_cpu": 0.0,
-             "paper_seconds": paper, "printed_seconds": printed}
+    rows = [{"table": "Table 2", "case": "l-plate", "elements": 480, "unknowns": 60, "method": name,
+             "storage_bytes": 8 * 600, "basis": basis, "step_cpu": step, "factor_cpu": factor,
+             "solve_cpu": 0.0, "paper_seconds": paper, "printed_seconds": printed}
             for name, basis, step, factor, paper, printed in (
                 ("skyline", "steps", 1.0, 2.0, 13.46, 13460.0),
                 ("dense", "single calls", 500.0, 900.0, 10436.72, 10436.72),
@@ -172,6 +173,16 @@ def test_ratios_and_their_factors():
     assert row["sparsity"] == 15.0 and row["symmetry_skyline"] == 2.0 and row["symmetry_auto"] == 4
     assert row["paper"] == pytest.approx(775.4, abs=0.1) and row["extrapolated"]
     assert row["paper_as_printed"] == pytest.approx(0.775, abs=1e-3)
+    assert row["operations"] == pytest.approx(24.0)
+
+
+@pytest.mark.parametrize("ours, verdict", [
+    (0.9, "deviates (open)"), (1.1, "deviates (explained)"), (18.0, "within tolerance"),
+    (190.0, "deviates (explained)"), (200.0, "deviates (open)")])
+def test_ratios_are_explained_between_one_and_the_operations(ours, verdict):
+    """24 times the operations, and 8 numbers in a vector instruction: 192 at most."""
+    (row,) = verdicts([{"elements": 480, "dense_skyline": ours, "paper": 20.0, "operations": 24.0}])
+    assert row.verdict == verdict
 
 
 def test_exponents():
