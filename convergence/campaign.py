@@ -111,6 +111,8 @@ class Campaign:
         try:
             contents = inspect(path, run)
         except ResultFileError as error:
+            if not os.access(path, os.R_OK | os.W_OK):
+                raise
             self._notify(f"{error}; set aside as {set_aside(path).name}, its run is repeated")
             return None
         if contents is None:

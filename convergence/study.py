@@ -184,11 +184,11 @@ class CaseStudy:
 
     def level(self, outcomes):
         """Index of the time step of the mesh study: the first justified one, or the smallest
-        allowed."""
+        allowed; a failed run asks for no smaller one."""
         for k in range(1, len(self.mesh_steps)):
             known = all(self.mesh_run(n, self.mesh_steps[j]).key in outcomes
                         for j in (k - 1, k) for n in self.elements)
-            if not known or np.all(self.step_changes(outcomes, k) < JUSTIFIED):
+            if not known or not np.any(self.step_changes(outcomes, k) >= JUSTIFIED):
                 return k
         return len(self.mesh_steps) - 1
 

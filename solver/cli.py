@@ -73,7 +73,7 @@ def main():
     except BrokenPipeError:
         sys.exit(FAILED)
     except OSError as error:
-        _fail(f"output cannot be written: {error.strerror}", FAILED)
+        _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
 
 
 def _fail(message, status):

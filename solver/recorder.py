@@ -231,8 +231,8 @@ def writable_path(path, overwrite=False):
     """
     path, exists = _regular_file(path)
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists: use --overwrite to replace it, or --resume "
-                              "to continue a run")
+        raise ResultFileError(f"{path} exists: use --overwrite to replace it (or, for a run, "
+                              "--resume to continue it)")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path
@@ -296,6 +296,8 @@ def _opened(path, mode):
     try:
         with h5py.File(path, mode, locking=False) as file:
             yield file
+    except PermissionError:
+        raise ResultFileError(f"{path} cannot be opened: no permission") from None
     except (OSError, KeyError, RuntimeError, TypeError, ValueError, AttributeError) as error:
         raise ResultFileError(f"{path} is damaged or not a result file: {_reason(error)}") from None
 

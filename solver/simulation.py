@@ -212,6 +212,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
+    if resume and output is None:
+        raise InputError("resume needs output, the file to continue")
     output = output_path(output, overwrite, resume)
     _check_impulses(model, settings)
     with threadpool_limits(1):

@@ -200,7 +200,12 @@ def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
     ("ruler", ("thickness = { value = 0.002", 'thickness = { value = "0.002"'),
      "parameters.thickness.value: Input should be a valid number"),
     ("ruler", ('thickness = { value = 0.002, unit = "m"', 'thickness = { value = 2, unit = "mm"'),
-     "parameters: .* thickness in 'mm', must be in 'm'"),
+     "parameters.thickness: .* in 'mm', must be in 'm'"),
+    ("ruler", ('unit = "m"\nprovenance', 'unit = "mm"\nprovenance'), "geometry: .* blocks in 'mm'"),
+    ("ruler", ('peak = { value = 4e4, unit = "N/m"', 'peak = { value = 4e4, unit = "N"'),
+     "loads: .* peak in 'N': one must be in 'N/m'"),
+    ("ruler", ('dt = { value = 5e-6, unit = "s"', 'dt = { value = 5, unit = "ms"'),
+     "paper.dt: .* in 'ms', must be in 's'"),
     ("ruler", ("refinement = 2", "refinement = true"),
      "meshes.1.refinement: Input should be a valid integer"),
 ])

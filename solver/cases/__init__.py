@@ -9,9 +9,10 @@ import json
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Annotated, ClassVar, Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -52,21 +53,22 @@ class Sourced(_Strict, Generic[T]):
     source: str
 
 
+def _in(unit, kind):
+    """The type of a :class:`Sourced` value in a unit, the only one that the code understands."""
+
+    def check(sourced):
+        if sourced.unit != unit:
+            raise ValueError(f"in '{sourced.unit}', must be in '{unit}'")
+        return sourced
+
+    return Annotated[Sourced[kind], AfterValidator(check)]
+
+
 class Parameters(_Strict):
-    thickness: Sourced[Positive]
-    youngs: Sourced[Positive]
-    poisson: Sourced[Annotated[float, Strict(), Field(gt=-1.0, lt=0.5)]]
-    density: Sourced[Positive]
-
-    UNITS: ClassVar = {"thickness": "m", "youngs": "Pa", "poisson": "", "density": "kg/m^3"}
-
-    @model_validator(mode="after")
-    def _si(self):
-        wrong = [f"{name} in '{sourced.unit}', must be in '{self.UNITS[name]}'"
-                 for name, sourced in self if sourced.unit != self.UNITS[name]]
-        if wrong:
-            raise ValueError("; ".join(wrong))
-        return self
+    thickness: _in("m", Positive)
+    youngs: _in("Pa", Positive)
+    poisson: _in("", Annotated[float, Strict(), Field(gt=-1.0, lt=0.5)])
+    density: _in("kg/m^3", Positive)
 
 
 class Block(_Strict):
@@ -77,9 +79,9 @@ class Block(_Strict):
 class Sphere(_Strict):
     """Segment of a sphere between two parallels, see :func:`solver.mesh.sphere_segment`."""
 
-    radius: Sourced[Positive]
-    polar_angles: Sourced[tuple[Polar, Polar]]
-    divisions: Sourced[Divisions]
+    radius: _in("m", Positive)
+    polar_angles: _in("deg", tuple[Polar, Polar])
+    divisions: _in("", Divisions)
 
     @field_validator("polar_angles")
     @classmethod
@@ -102,6 +104,8 @@ class Geometry(_Strict):
     def _one_kind(self):
         if bool(self.blocks) == bool(self.sphere):
             raise ValueError("either blocks or sphere is needed")
+        if self.blocks and self.unit != "m":
+            raise ValueError(f"blocks in '{self.unit}', must be in 'm'")
         return self
 
     @property
@@ -156,8 +160,8 @@ class Load(_Strict):
     name: str
     history: str
     force: Sourced[Point]
-    at: Sourced[Point] | None = None
-    line: Sourced[tuple[Point, Point]] | None = None
+    at: _in("m", Point) | None = None
+    line: _in("m", tuple[Point, Point]) | None = None
 
     @model_validator(mode="after")
     def _one_place(self):
@@ -174,8 +178,8 @@ class Load(_Strict):
 
 
 class Paper(_Strict):
-    dt: Sourced[Positive]
-    steps: Sourced[Count]
+    dt: _in("s", Positive)
+    steps: _in("", Count)
 
 
 class Defaults(_Strict):
@@ -222,7 +226,7 @@ class Case(_Strict):
     defaults: Defaults
     histories: dict[str, History]
     loads: list[Load]
-    points: dict[str, Sourced[Point]] = {}
+    points: dict[str, _in("m", Point)] = {}
 
     @field_validator("meshes")
     @classmethod
@@ -251,6 +255,13 @@ class Case(_Strict):
         if unknown:
             raise ValueError("; ".join(f"{load.name}: history '{load.history}' is not among "
                                        f"{', '.join(known)}" for load in unknown))
+        for load in loads if known is not None else ():
+            history, wanted = known[load.history], "N" if load.at else "N/m"
+            units = [load.force.unit, history.unit, history.peak.unit if history.peak else ""]
+            if sorted(units) != ["", "", wanted]:
+                raise ValueError(f"{load.name}: force in '{units[0]}', history in '{units[1]}', "
+                                 f"peak in '{units[2]}': one must be in '{wanted}', the others "
+                                 "without unit")
         return loads
 
     @model_validator(mode="after")
@@ -379,6 +390,8 @@ def read_case(path):
             return _valid(path, Case.model_validate, tomllib.load(file))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def read_calibrations(path=CALIBRATED):
