@@ -105,6 +105,7 @@ def timing():
                     "table": "Table 2", "case": "l-plate", "elements": cell.elements,
                     "method": method, "basis": "steps", "unit_cpu": 1.0, "step_spread": 0.1,
                     "run_cpu": 8e3, "run_extrapolated": True, "factor_cpu": 1.0, "solve_cpu": 0.1,
+                    "unknowns": 240, "storage_bytes": 40560,
                     "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
                     "paper_seconds": row_cell and row_cell.seconds,
                     "printed_seconds": row_cell and row_cell.printed_seconds})
