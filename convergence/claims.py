@@ -7,6 +7,7 @@ can be checked: that something stays constant, agrees between meshes, or swings 
 import numpy as np
 
 from solver.cases import load_case
+from solver.mesh import node_at
 from solver.simulation import drift
 from verification.case import Row, at_least, small
 
@@ -85,6 +86,5 @@ def _paths(case, runs, point):
 
 def _path(case, contents, point):
     """Displacements of a point of a case in all frames (n, 3) [m]."""
-    place = np.array(load_case(case).points[point].value)
-    node = np.argmin(np.linalg.norm(contents["nodes"] - place, axis=1))
+    node = node_at(contents["nodes"], load_case(case).points[point].value)
     return contents["displacement"][:, node]

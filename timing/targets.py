@@ -14,6 +14,7 @@ from scipy.linalg import lapack
 from solver import Settings, read, simulate
 from solver.cases import load_case
 from solver.linear import Banded
+from solver.mesh import node_at
 from solver.simulation import unloaded_row
 from solver.system import System
 
@@ -184,8 +185,7 @@ def _run_target(value, detail="full size with --output only"):
 def _whole_run(model, folder, progress):
     """The largest dt of ``CANDIDATES`` that keeps energy and path; the time of 80 s at it."""
     size = np.ptp(model.nodes, axis=0).max()
-    node = int(np.argmin(np.linalg.norm(
-        model.nodes - load_case(CASE).points["S"].value, axis=1)))
+    node = node_at(model.nodes, load_case(CASE).points["S"].value)
 
     def path(dt):
         progress(f"{COMPARED_SECONDS:g} s with dt = {dt:g}")
