@@ -10,7 +10,7 @@ import numpy as np
 
 from .errors import InputError
 from .kernels import corotation
-from .linear import SingularMatrix
+from .linear import SingularMatrix, half_bandwidth
 
 NEWTON = ("modified", "full")
 """One factorization for many iterations, or a new matrix in each (the paper's)."""
@@ -30,12 +30,13 @@ EXACT = 1e-18
 STALLED = 0.25
 """Part of the work that may be left after a correction with a kept matrix."""
 
-LONGEST = 18
-"""Iterations expected for a step beyond which a kept matrix is replaced within the step."""
+PATIENCE, PATIENCE_BAND = (4, 11), 11
+"""A step may take half-bandwidth / ``PATIENCE_BAND`` iterations with a kept matrix, within these
+bounds, before the next one makes its own: the wider the band, the dearer that is (measured, see
+timing/README.md)."""
 
-WORN = 11
-"""Iterations of a step after which the next one starts with a new matrix (measured: flat from 7
-to 13)."""
+LONGEST = 1.65
+"""Times that many iterations expected for a step, a kept matrix is replaced within it."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +82,13 @@ class NewtonRule:
             return work <= self.tolerance * first
         return work * min(left, 1.0) <= self._enough * first
 
-    def too_slow(self, k, work, first, left):
+    def too_slow(self, k, work, first, left, longest):
         """Whether the next correction needs its own matrix: the kept one has stalled, or would
-        take more than ``LONGEST`` iterations."""
+        take more than ``longest`` iterations."""
         if left > STALLED:
             return True
         missing = math.log(work * left / (self._enough * first))
-        return k + missing / -math.log(left) > LONGEST
+        return k + missing / -math.log(left) > longest
 
     @cached_property
     def _enough(self):
@@ -95,11 +96,17 @@ class NewtonRule:
 
 
 class KeptMatrix:
-    """The factorization of a step's matrix, carried along with the nodes afterwards."""
+    """The factorization of a step's matrix, carried along with the nodes afterwards.
+
+    Attributes:
+        patience: iterations that a step may take with it before the next one makes its own.
+    """
 
     def __init__(self, system):
         self._system = system
         numbering, n_nodes = system.numbering, len(system.model.nodes)
+        self.patience = float(np.clip(half_bandwidth(numbering) // PATIENCE_BAND,
+                                      *PATIENCE))
         self._numbers = (numbering.start, numbering.n_rot)
         self._corner = np.empty(n_nodes, dtype=np.int64)
         self._corner[system.model.quads] = np.arange(len(system.model.quads))[:, None]
@@ -210,12 +217,13 @@ def iterate(system, state, scheme, rule, dt, loads, record):
             return None, "the matrix of an earlier step does not serve any more"
         delta = delta + correction
         if rule.ends(k, work, first, left, new) or (k >= rule.least and work <= floor):
-            if k - made > WORN:
+            if k - made > kept.patience:
                 kept.forget()
             if system.inside(state, step, delta):
                 return delta, None
             return None, "a normal left its chart"
-        new = not rule.keep or (k > 1 and rule.too_slow(k, work, first, left))
+        new = not rule.keep or (k > 1 and rule.too_slow(
+            k, work, first, left, LONGEST * kept.patience))
         last = work
     return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
                   f"instead of {rule.tolerance:.2g}")

@@ -26,7 +26,7 @@ PAPER_UNKNOWNS = 2745
 SKYLINE_STEPS = 100
 
 RUN_SECONDS, COMPARED_SECONDS, REFERENCE_DT = 80.0, 20.0, 1e-4
-CANDIDATES = (0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.002, 0.001)
+CANDIDATES = (0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.002, 0.001, 5e-4)
 FRAME_SECONDS = 0.2
 ENERGY_BOUND, PATH_BOUND = 1e-3, 1e-2
 """Largest changes of the energy after unloading, relative, and of the displacement of S over the
