@@ -1,5 +1,6 @@
 """The parts of a reproduction: one ``corovec`` command each, its result, and how it ended."""
 
+import hashlib
 import json
 import tomllib
 from dataclasses import dataclass
@@ -150,7 +151,8 @@ class Stamps:
 
     def write(self, part, status, seconds=None, message=""):
         stamp = {"part": part.name, "command": self._command(part), "code": part.code,
-                 "status": status, "seconds": seconds, "message": message}
+                 "status": status, "seconds": seconds, "message": message,
+                 "sha256": _digest(part.result) if status == "finished" else None}
         self._path(part).write_text(json.dumps(stamp, indent=1), encoding="utf-8")
 
     def log(self, part):
@@ -166,7 +168,12 @@ class Stamps:
     def finished(self, part):
         """Whether the part need not be run again."""
         stamp = self.current(part)
-        return bool(stamp) and stamp["status"] == "finished" and part.whole()
+        return bool(stamp) and stamp["status"] == "finished" and self.intact(part, stamp)
+
+    @staticmethod
+    def intact(part, stamp):
+        """Whether the result of a finished part is there as it was when it finished."""
+        return _digest(part.result) == stamp.get("sha256") is not None
 
     def _command(self, part):
         """The command with its files named from the folder of all results, which may be moved."""
@@ -176,6 +183,15 @@ class Stamps:
         return self.folder / f"{part.name}.json"
 
 
+def _digest(path):
+    """SHA-256 of a file; None if it cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
+
+
 def status(part, stamps):
     """How a part stands, in words."""
     stamp = stamps.read(part)
@@ -183,7 +199,7 @@ def status(part, stamps):
         return "left out" if part.left_out else "not run"
     if not stamps.current(part):
         return f"{stamp['status']}, earlier sources"
-    damaged = stamp["status"] == "finished" and not part.whole()
+    damaged = stamp["status"] == "finished" and not stamps.intact(part, stamp)
     return "finished, damaged" if damaged else stamp["status"]
 
 
@@ -211,6 +227,9 @@ class Results:
         ended = stamp.get("status")
         if ended == "finished":
             try:
+                if not self.stamps.intact(part, stamp):
+                    raise ResultFileError(f"{part.result} is missing or damaged: it is not what "
+                                          "its part wrote")
                 return part.read(), []
             except ResultFileError as error:
                 return None, [Lack("failed", str(error))]

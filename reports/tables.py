@@ -159,15 +159,18 @@ def ratios(name, timing):
     verdict = {row.name.split()[0]: row.verdict for row in timing_verdicts(rows)}
     return Table(
         "Ratios, which machines share better than seconds",
-        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "LAPACK LU/skyline",
-         "of solving: sparsity", "symmetry", "verdict"),
+        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "ours from",
+         "LAPACK LU/skyline", "LAPACK LU from", "of solving: sparsity", "symmetry",
+         "banded LU/skyline", "verdict"),
         [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
           number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
-          number(row.get("lapack_skyline"), 3), number(row.get("sparsity"), 3),
-          number(row.get("symmetry_skyline"), 3),
+          row.get("dense_basis", "–"), number(row.get("lapack_skyline"), 3),
+          row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
+          number(row.get("symmetry_auto"), 3), number(row.get("symmetry_skyline"), 3),
           Cell("", verdict.get(str(row["elements"]), "left out"))] for row in rows],
-        ["Sparsity: LAPACK's dense LU against its banded LU; symmetry: banded LU against the "
-         "skyline; both of factorization and solution alone."])
+        ["Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
+         "symmetry: LAPACK's banded LU against its banded Cholesky, the production default; banded "
+         "LU against our skyline besides; all three of one factorization and solution alone."])
 
 
 def targets(timing):
@@ -187,7 +190,7 @@ def iterations(timing):
     return Table(
         "Iterations of a step with the symmetric matrix, with M and F_m delayed only, and with "
         "the Jacobian",
-        ("dt [s]", "matrix", "gap to the Jacobian", "iterations, paper's rule",
+        ("dt [s]", "matrix", "gap to the Jacobian", "iterations to cc ≤ 1e-6 (no least number)",
          "iterations, to 1e-14", "error left, relative"),
         [[number(row["dt"], 3), row["matrix"], number(row["gap"], 2), str(row["iterations"]),
           str(row["iterations_converged"]), number(row["error"], 2)]
@@ -197,10 +200,12 @@ def iterations(timing):
 def growth(timing):
     """Fitted exponents of time and memory against unknowns."""
     phases = ("assembly", "factorization", "solve", "step", "matrix_bytes", "memory_bytes")
-    rows = [[row["case"], row["method"], *(number(row.get(phase), 3) for phase in phases)]
+    rows = [[row["case"], row["method"], row["solvers"],
+             *(number(row.get(phase), 3) for phase in phases)]
             for row in timing["tables"]["growth-exponents"]]
-    return Table("Growth with the number of unknowns n: exponents of n",
-                 ("case", "solver", *(phase.replace("_", " ") for phase in phases)), rows)
+    return Table("Growth of CPU time (single calls, and whole steps) and memory with the number of "
+                 "unknowns n: exponents of n",
+                 ("case", "method", "solver", *(phase.replace("_", " ") for phase in phases)), rows)
 
 
 def provenance(case):

@@ -48,13 +48,14 @@ def results(tmp_path_factory):
     finish(folder, "converge-l-plate", study())
     finish(folder, "time-table-2", timing())
     finish(folder, "converge-plates", status="failed")
-    for elements in (30, 120, 480):
-        finish(folder, f"run-l-plate-{elements}")
     settings = Settings(dt=0.02, end_time=1.2, frame_every=1)
     runs = [parts.run_file(folder, "l-plate", elements) for elements in (30, 120, 480)]
+    runs[0].parent.mkdir(parents=True)
     simulate(load_case("l-plate").model(30), settings, output=runs[0], case="l-plate")
     for path in runs[1:]:
         shutil.copy(runs[0], path)
+    for elements in (30, 120, 480):
+        finish(folder, f"run-l-plate-{elements}")
     return folder
 
 
@@ -68,9 +69,9 @@ def finish(folder, name, contents=None, status="finished"):
     part = Results(SIZE, folder).parts[name]
     part.result.parent.mkdir(parents=True, exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
-    Stamps(folder / "parts").write(part, status, 1.0, "disk <full>" if status == "failed" else "")
     if contents:
         part.result.write_text(json.dumps(contents), encoding="utf-8")
+    Stamps(folder / "parts").write(part, status, 1.0, "disk <full>" if status == "failed" else "")
     return part
 
 
@@ -164,6 +165,8 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     damaged = finish(tmp_path, "converge-hemisphere", study()).result
     damaged.write_text(damaged.read_text()[:-9])
     missing = finish(tmp_path, "run-ruler-120").result
+    changed = finish(tmp_path, "converge-plates", study()).result
+    changed.write_text("[]", encoding="utf-8")
     finish(tmp_path, "verify-kernel", suite("kernel"), "begun")
     finish(tmp_path, "verify-patch", {**suite("patch"), "complete": False})
     finish(tmp_path, "verify-rotations", suite("rotations"))
@@ -173,12 +176,13 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
         finish(tmp_path, "verify-mutants", suite("mutants"))
     html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
     for verdict, labels in {
-            "failed": ("Table 1", "Table 2", "L-plate", "Figure 5", "Table 5", "Figure 12", "patch",
-                       "ruler", "Figure 8"),
+            "failed": ("Table 1", "Table 2", "L-plate", "Figure 5", "Table 5", "Table 7",
+                       "Figure 12", "patch", "ruler", "Figure 8"),
             "not run": ("Table 6", "Figure 3", "Figure 11", "kernel", "linear", "dynamics"),
             "left out": ("mutants",), "match": ("rotations", "Figure 7")}.items():
         assert {label: cell(html, label)[0] for label in labels} == dict.fromkeys(labels, verdict)
-    for text in (f"{damaged} is missing or damaged", str(missing), broken["error"],
+    for text in (f"{damaged} is missing or damaged", f"{changed} is missing or damaged",
+                 str(missing), broken["error"],
                  "disk &lt;full&gt;", "verify-linear: finished, earlier sources",
                  "verify-kernel: begun", "finished, damaged", "time-growth: left out"):
         assert text in html, text

@@ -69,10 +69,16 @@ class Dense:
         self._exchanges = np.zeros(n, dtype=np.int64)
 
     def factor(self):
-        matrix = self._matrix()
-        upper = np.triu_indices(len(matrix), 1)
-        matrix[upper] = matrix.T[upper]
-        failed = gauss.factor(matrix, self._exchanges)
+        self.complete()
+        return self.eliminate()
+
+    def complete(self):
+        """The upper triangle, which an unsymmetric element would assemble."""
+        gauss.mirror(self._matrix())
+
+    def eliminate(self):
+        """Factorize the completed matrix."""
+        failed = gauss.factor(self._matrix(), self._exchanges)
         if failed >= 0:
             raise SingularMatrix(f"column {failed} of the dense matrix has no pivot")
         return None

@@ -244,6 +244,8 @@ def writable_folder(path):
     Raises:
         ResultFileError: it is not a folder, or cannot be made or written to.
     """
+    if not str(path):
+        raise ResultFileError("the name of the folder is empty")
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)

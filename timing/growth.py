@@ -1,19 +1,17 @@
 """Growth of time and memory with the number of unknowns, by phase."""
 
-import multiprocessing
 import os
-from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
 from solver.cases import load_case
 
-from .measure import Stepper, sample, single_thread
+from .measure import Stepper, isolated, sample, single_thread, time_calls
 from .tables import available
 
 SERIES = (("l-plate", (30, 120, 480, 1920, 7680)), ("hemisphere", (1024, 4096, 16384)))
 METHODS = ("auto", "skyline")
-PHASES = ("assembly", "factorization", "solve", "rest", "step")
+PHASES = ("assembly", "factorization", "solve", "step")
 
 UNKNOWNS = {"l-plate": 5.6, "hemisphere": 5.2}
 """Unknowns an element, about, to tell beforehand which models are too large."""
@@ -23,10 +21,11 @@ SKYLINE_UNKNOWNS = 25_000
 
 
 def growth(effort, progress=lambda text: None):
-    """Rows of the growth study: seconds a step by phase, bytes, for each mesh and method.
+    """Rows of the growth study: CPU seconds of one assembly, factorization, solution and of a
+    step, and bytes, for each mesh and method.
 
     Every model has a process of its own, so that its memory is told apart; ``matrix_bytes`` is the
-    storage that is assembled into, ``memory_bytes`` what the process grew by.
+    storage that is assembled into, ``memory_bytes`` what the process grew by in its steps.
     """
     rows = []
     for case, sizes in SERIES:
@@ -39,9 +38,8 @@ def growth(effort, progress=lambda text: None):
                     rows.append({**row, "basis": "not available"})
                 elif elements * UNKNOWNS[case] <= limit:
                     progress(f"growth: {case}, {elements} elements, {method}")
-                    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-                        rows.append({**row, "basis": "steps", **pool.submit(
-                            _measure, case, elements, method, effort).result()})
+                    rows.append({**row, "basis": "steps",
+                                 **isolated(_measure, case, elements, method, effort)})
     return rows
 
 
@@ -55,7 +53,9 @@ def exponents(rows, smallest=500):
             n = [row["unknowns"] for row in series]
             fits = {name: fit_exponent(n, [row[name] for row in series])
                     for name in (*PHASES, "matrix_bytes", "memory_bytes")}
-            result.append({"case": case, "method": method, "points": len(series), **fits})
+            result.append({"case": case, "method": method, "points": len(series),
+                           "solvers": ", ".join(dict.fromkeys(row["solver"] for row in series)),
+                           **fits})
     return result
 
 
@@ -67,27 +67,23 @@ def fit_exponent(n, values):
 
 
 def _measure(case, elements, method, effort):
-    """One model in this process.  Phases are wall-clock seconds, the step is CPU time, too."""
+    """One model in this process: a step as it is taken, with few factorizations or many, and the
+    median of single calls of each phase."""
     definition = load_case(case)
     with single_thread():
         before = _resident_bytes()
         stepper = Stepper(definition.model(elements), definition.paper.dt.value, method)
         once = sample(stepper.steps, 1).median
         count = int(np.clip(effort.round_seconds / once, 1, 100))
-        rounds = []
-        for _ in range(effort.rounds):
-            seconds = stepper.system.seconds
-            seconds.assembly = seconds.factorization = seconds.solve = 0.0
-            step = sample(lambda: stepper.steps(count), 1)
-            phases = [seconds.assembly, seconds.factorization, seconds.solve]
-            rounds.append([*phases, step.wall[0] - sum(phases), step.wall[0], step.cpu[0]])
-    medians = np.median(rounds, axis=0) / count
+        step = sample(lambda: stepper.steps(count), effort.rounds).scaled(1.0 / count)
+        memory = None if before is None else _resident_bytes() - before
+        iterations = stepper.iterations
+        calls = time_calls(stepper, effort.rounds)
     return {"unknowns": stepper.system.numbering.n_dof, "solver": stepper.system.solver.name,
-            "rounds": effort.rounds, "steps_per_round": count,
-            "iterations_per_step": stepper.iterations, **dict(zip(PHASES, medians.tolist())),
-            "step_cpu": float(medians[-1]),
-            "matrix_bytes": stepper.system.solver.values.nbytes,
-            "memory_bytes": None if before is None else _resident_bytes() - before}
+            "rounds": effort.rounds, "steps_per_round": count, "iterations_per_step": iterations,
+            "assembly": calls.assembly.median, "factorization": calls.factor.median,
+            "solve": calls.solve.median, "step": step.median, "step_spread": step.spread,
+            "matrix_bytes": stepper.system.solver.values.nbytes, "memory_bytes": memory}
 
 
 def _resident_bytes():

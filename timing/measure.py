@@ -4,8 +4,11 @@ CPU seconds decide (``time.process_time``), since other programs may share the m
 seconds are kept beside them.  Compilation comes first and is left out; LAPACK has one thread.
 """
 
+import multiprocessing
 import os
+import signal
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +45,10 @@ class Effort:
     reference: bool
 
 
-SIZES = {"quick": Effort(3, 0.5, 2.0, 2.0, 0.0, 12_000, False),
+CALLS_SECONDS, MAX_CALLS = 0.1, 50
+"""CPU seconds that the rounds of a short single call take together, and most of them."""
+
+SIZES = {"quick": Effort(3, 0.5, 2.0, 10.0, 0.0, 12_000, False),
          "full": Effort(5, 60.0, 200.0, 900.0, 600.0, 90_000, True)}
 
 
@@ -130,7 +136,7 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Calls:
-    """CPU seconds of single calls: assembly, factorization, solution of one right-hand side."""
+    """:class:`Sample` s of single calls: assembly, factorization, solution of one load."""
 
     assembly: Sample
     factor: Sample
@@ -141,27 +147,56 @@ class Calls:
         """CPU seconds of one Newton iteration."""
         return self.assembly.median + self.factor.median + self.solve.median
 
+    def step(self, iterations, rest):
+        """:class:`Sample` of a step that is composed of them: ``iterations (assembly + factor +
+        solve) + rest``, where ``rest`` [s] and ``iterations`` come from other steps."""
+        def compose(clock):
+            rounds = zip(*(getattr(call, clock) for call in (self.assembly, self.factor,
+                                                             self.solve)))
+            return tuple(iterations * sum(seconds) + rest for seconds in rounds)
+        return Sample(compose("cpu"), compose("wall"))
+
+    def row(self):
+        """Entries of a table row."""
+        return {f"{name}_{what}": getattr(call, number) for name, call in vars(self).items()
+                for what, number in (("cpu", "median"), ("spread", "spread"))}
+
 
 def time_calls(stepper, rounds):
-    """:class:`Calls` at the stepper's state."""
+    """:class:`Calls` at the stepper's state: ``rounds`` of each, of short ones as many as fit into
+    ``CALLS_SECONDS``.  Filling the upper triangle of an unsymmetric solver counts as assembly."""
     system = stepper.system
-    assembly = sample(stepper.assemble, rounds)
-    matrix = system.solver.values.copy()
-
+    solver = system.solver
+    stepper.assemble()
+    matrix, rhs = solver.values.copy(), system.residual[0].copy()
     system.kept.forget()
+    unsymmetric = hasattr(solver, "complete")
+
+    def assemble():
+        stepper.assemble()
+        if unsymmetric:
+            solver.complete()
 
     def restore():
-        system.solver.values[:] = matrix
+        solver.values[:] = matrix
+        if unsymmetric:
+            solver.complete()
 
-    rhs = system.residual[0].copy()
-    factor = sample(system.solver.factor, rounds, restore)
-    return Calls(assembly, factor, sample(lambda: system.solver.solve(rhs), rounds))
+    def several(work, prepare=None):
+        once = sample(work, 1, prepare)
+        more = int(np.clip(CALLS_SECONDS / max(once.median, 1e-9), rounds, MAX_CALLS)) - 1
+        return once + sample(work, more, prepare)
+
+    return Calls(several(assemble),
+                 several(solver.eliminate if unsymmetric else solver.factor, restore),
+                 several(lambda: solver.solve(rhs)))
 
 
-def extrapolated_step(iterations, assembly, factor, solve, rest):
-    """CPU seconds of a step from single calls: ``iterations (assembly + factor + solve) + rest``,
-    where ``rest`` and ``iterations`` come from the same steps with another linear solver."""
-    return iterations * (assembly + factor + solve) + rest
+def isolated(work, *arguments):
+    """``work(*arguments)`` in a process of its own, which an interrupt ends without a word."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), signal.signal,
+                             (signal.SIGINT, signal.SIG_DFL)) as pool:
+        return pool.submit(work, *arguments).result()
 
 
 def single_thread():

@@ -1,4 +1,4 @@
-"""The L-plate by other open codes, beside ours: ``python -m timing.peers`` (``tox -e peers``).
+"""The L-plate by other open codes, beside ours: command ``corovec peers`` (``tox -e peers``).
 
 Kratos (ShellThickElementCorotational3D4N) and CalculiX (S4, the ``ccx`` program) run the same
 meshes, loads and time steps, each in a process of its own with one thread.  What is not installed
@@ -6,31 +6,29 @@ is reported as missing.  Energies are those codes' own: CalculiX prints them; fo
 energy is that of its mass matrices and the strain energy that of its nodal forces and stiffness.
 """
 
-import argparse
 import contextlib
 import datetime
 import importlib.util
 import json
-import multiprocessing
 import os
-import resource
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from importlib import metadata
 from pathlib import Path
 
+import click
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from solver import Settings, simulate, warm_up
 from solver.cases import load_case
 from solver.errors import StepError
+from solver.recorder import replacing, writable_path
 
-from .measure import load, surroundings
+from .measure import isolated, load, surroundings
 
 CASE = "l-plate"
 SAMPLES = 200
@@ -198,11 +196,15 @@ def run_calculix(elements, dt, end_time, alpha):
 
 def _calculix(job, elements, dt, end_time, alpha):
     """(CPU seconds, wall-clock seconds, job) of one run of ccx."""
+    import resource  # POSIX only
     job.with_suffix(".inp").write_text(calculix_input(elements, dt, end_time, alpha))
     before, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     with open(job.with_suffix(".log"), "w") as log:
-        subprocess.run(["ccx", job.name], cwd=job.parent, stdout=log, stderr=log, check=False,
-                       env={**os.environ, **ENVIRONMENT})
+        done = subprocess.run(["ccx", job.name], cwd=job.parent, stdout=log, stderr=log,
+                              check=False, env={**os.environ, **ENVIRONMENT})
+    if not job.with_suffix(".sta").exists():
+        said = job.with_suffix(".log").read_text(errors="replace").split()
+        raise OSError(f"ccx ended with status {done.returncode}: {' '.join(said[-20:])}")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return cpu, time.perf_counter() - clock, job
@@ -336,11 +338,10 @@ def speedups(rows):
 
 def _isolated(run, *arguments):
     """The row of ``run(*arguments)`` in a process of its own, or the error that ended it."""
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        try:
-            return pool.submit(run, *arguments).result()
-        except Exception as error:
-            return {"survived": False, "error": f"{type(error).__name__}: {error}"[:300]}
+    try:
+        return isolated(run, *arguments)
+    except Exception as error:
+        return {"survived": False, "error": f"{type(error).__name__}: {error}"[:300]}
 
 
 def _kratos_version():
@@ -351,34 +352,55 @@ def _kratos_version():
 
 
 def _calculix_version():
+    """Version of the program; None where there is none that runs."""
     if shutil.which("ccx") is None:
         return None
-    said = subprocess.run(["ccx", "-v"], text=True, capture_output=True, check=False).stdout.split()
-    return said[-1] if said else "unknown"
+    try:
+        said = subprocess.run(["ccx", "-v"], text=True, capture_output=True, check=False)
+    except OSError:
+        return None
+    return said.stdout.split()[-1] if said.stdout.split() else "unknown"
 
 
-def main(arguments=None):
-    """Command line; writes one JSON."""
-    parser = argparse.ArgumentParser(prog="python -m timing.peers", description=__doc__)
-    parser.add_argument("--size", choices=SIZES, default="full")
-    parser.add_argument("--meshes", type=int, nargs="+", help="elements of the meshes")
-    parser.add_argument("--dt", type=float, nargs="+", help="time steps [s]")
-    parser.add_argument("--end-time", type=float, help="simulated time [s]")
-    parser.add_argument("--output", type=Path, default=Path("peers.json"))
-    options = parser.parse_args(arguments)
-    meshes, dts, end_time = SIZES[options.size]
+@click.command()
+@click.option("--size", type=click.Choice(list(SIZES)), default="full", show_default=True,
+              help="Minutes, or hours: meshes 30, 120, 480 for 20 s.")
+@click.option("--elements", type=int, multiple=True, help="Elements of a mesh; may be repeated.")
+@click.option("--dt", type=float, multiple=True, help="Time step [s]; may be repeated.")
+@click.option("--end-time", type=float, help="Simulated time [s].")
+@click.option("--output", type=click.Path(), default="peers.json", show_default=True,
+              help="JSON of all rows, written after each.")
+@click.option("--overwrite", is_flag=True, help="Replace that file.")
+def peers(size, elements, dt, end_time, output, overwrite):
+    """The L-plate by Kratos and CalculiX, as far as they are installed, beside ours.
+
+    Kratos is the Python package KratosStructuralMechanicsApplication, CalculiX the program ccx.
+
+    \b
+    Examples:
+      corovec peers --size quick
+      corovec peers --elements 480 --dt 0.01 --end-time 1.2
+    """
+    meshes, dts, seconds = SIZES[size]
+    meshes, dts = elements or meshes, dt or dts
+    seconds = seconds if end_time is None else end_time
+    for n in meshes:
+        load_case(CASE).mesh(n)
+    for step in dts:
+        Settings(dt=step, end_time=seconds)
+    path = writable_path(output, overwrite)
     report = {"date": datetime.datetime.now().isoformat(timespec="seconds"), **surroundings()}
 
     def write(rows):
         report.update(rows=rows, speedups=speedups(rows), load_at_end=load())
-        options.output.write_text(json.dumps(report, indent=1), encoding="utf-8")
-        print(_line(rows[-1]), flush=True)
+        with replacing(path) as partial:
+            partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+        click.echo(_line(rows[-1]))
 
-    compare(options.meshes or meshes, options.dt or dts, options.end_time or end_time, write)
+    compare(meshes, dts, seconds, write)
     for row in report["speedups"]:
-        print(f"{row['elements']} elements, dt = {row['dt']:g}: {row['factor']:.1f} times faster "
-              f"than {row['fastest']}")
-    return 0
+        click.echo(f"{row['elements']} elements, dt = {row['dt']:g}: {row['factor']:.1f} times "
+                   f"faster than {row['fastest']}")
 
 
 def _line(row):
@@ -395,7 +417,3 @@ def _line(row):
                    f"{number('linear_momentum_drift', '.0e')} "
                    f"{number('angular_momentum_drift', '.0e')}, "
                    + ("survived" if row["survived"] else f"ended at {row['reached']:.3g} s"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -14,12 +14,26 @@ from .targets import targets
 
 NAMES = (*TABLES, "iterations", "growth", "targets")
 
+WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios") for name in TABLES},
+           "iterations": ("iterations", "iterations-run"), "growth": ("growth", "growth-exponents"),
+           "targets": ("D", "targets")}
+"""Tables that each of ``NAMES`` gives."""
+
 SHOWN = {
-    "times": {"elements": "", "method": "", "basis": "", "unit_cpu": "s", "step_spread": "",
-              "run_cpu": "s", "run_extrapolated": "", "printed": "", "printed_run": ""},
-    "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "paper": "",
-               "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "sparsity": "",
-               "symmetry_skyline": "", "symmetry_auto": ""},
+    "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", "unit_cpu": "s",
+              "step_spread": "", "run_steps": "", "run_cpu": "s", "run_extrapolated": "",
+              "printed": "", "printed_run": ""},
+    "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "dense_basis": "", "paper": "",
+               "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "lapack_basis": "",
+               "sparsity": "", "symmetry_auto": "", "symmetry_skyline": ""},
+    "growth": {"case": "", "elements": "", "unknowns": "", "method": "", "solver": "",
+               "iterations_per_step": "", "assembly": "s", "factorization": "s", "solve": "s",
+               "step": "s", "step_spread": "", "matrix_bytes": "B", "memory_bytes": "B"},
+    "iterations": {"dt": "s", "matrix": "", "gap": "", "iterations": "", "iterations_converged": "",
+                   "error": "", "paper_error": "", "converged_error": ""},
+    "run": {"dt": "s", "time": "s", "paper_iterations": "", "tight_iterations": "",
+            "paper_energy_drift": "", "tight_energy_drift": "", "difference": "m",
+            "travelled": "m"},
     "targets": {"name": "", "value": "", "unit": "", "target": "", "goal": "", "met": "",
                 "detail": ""}}
 """Columns shown, by the end of a table's name; the files have them all."""
@@ -60,7 +74,8 @@ def run(names, report, effort, folder=None, progress=lambda text: None):
 
 
 def write(folder, report):
-    """``timing.json`` and the CSV files, each replaced as a whole."""
+    """``timing.json`` and the CSV files, each replaced as a whole; those of tables that are not
+    in the report, of an earlier one, are removed."""
     with replacing(folder / "timing.json") as partial:
         partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
     for name, rows in report["tables"].items():
@@ -68,6 +83,8 @@ def write(folder, report):
             frame = pd.DataFrame(rows).assign(commit=report["commit"], date=report["date"],
                                               size=report["size"])
             frame.to_csv(partial, index=False)
+    for name in set().union(*WRITTEN.values()) - set(report["tables"]):
+        (folder / f"{name}.csv").unlink(missing_ok=True)
 
 
 def text(name, rows):

@@ -1,12 +1,14 @@
 """Two more linear solvers, for comparison only: what an unsymmetric matrix would need from LAPACK.
 
-Both have the interface of :mod:`solver.linear`.  The assembly gives them the lower triangle, which
-they mirror: an unsymmetric element would assemble the other one, at about the same cost.
+Both have the interface of :mod:`solver.linear`.  The assembly gives them the lower triangle, and
+``complete`` fills in the other one, which an unsymmetric element would assemble: it counts as
+assembly, ``eliminate`` as factorization.
 """
 
 import numpy as np
 from scipy.linalg import lapack
 
+from solver.kernels import gauss
 from solver.linear import SOLVERS, SingularMatrix, column_offsets, half_bandwidth
 from solver.system import System
 
@@ -24,10 +26,18 @@ class DenseLU:
         self._n = n
 
     def factor(self):
-        matrix = self.values.reshape(self._n, self._n)
-        matrix += np.tril(matrix, -1).T
-        self._lu, self._exchanges, info = lapack.dgetrf(matrix.T, overwrite_a=1)
+        self.complete()
+        self.eliminate()
+
+    def complete(self):
+        gauss.mirror(self._matrix())
+
+    def eliminate(self):
+        self._lu, self._exchanges, info = lapack.dgetrf(self._matrix().T, overwrite_a=1)
         _check(info)
+
+    def _matrix(self):
+        return self.values.reshape(self._n, self._n)
 
     def solve(self, rhs):
         return lapack.dgetrs(self._lu, self._exchanges, rhs)[0]
@@ -47,12 +57,21 @@ class BandedLU:
         self._width = width
 
     def factor(self):
-        w = self._width
-        band = self.values.reshape(-1, 3 * w + 1)
+        self.complete()
+        self.eliminate()
+
+    def complete(self):
+        w, band = self._width, self._band()
         for d in range(1, w + 1):
             band[d:, 2 * w - d] = band[:-d, 2 * w + d]
-        self._lu, self._exchanges, info = lapack.dgbtrf(band.T, w, w, overwrite_ab=1)
+
+    def eliminate(self):
+        w = self._width
+        self._lu, self._exchanges, info = lapack.dgbtrf(self._band().T, w, w, overwrite_ab=1)
         _check(info)
+
+    def _band(self):
+        return self.values.reshape(-1, 3 * self._width + 1)
 
     def solve(self, rhs):
         w = self._width

@@ -4,7 +4,7 @@ import numpy as np
 
 from solver.cases import case_names, load_case
 
-from .measure import Stepper, extrapolated_step, sample, time_calls
+from .measure import Calls, Stepper, sample, time_calls
 from .printed import cells
 from .solvers import METHODS
 
@@ -13,8 +13,15 @@ TABLES = {"table-2": "Table 2", "table-4": "Table 4", "table-6": "Table 6", "tab
 DENSE = ("lapack-lu", "dense")
 """Methods whose cost grows with the cube of the unknowns; the others go first."""
 
-SEED = ("l-plate", 120)
-"""Model whose dense factorizations tell how long larger ones take."""
+SEED, BASE = ("l-plate", 120), ("l-plate", 480)
+"""Models whose dense factorizations tell about how long larger ones take, and from which those are
+scaled that would take too long."""
+
+SCALED_AT_MOST = 2.5
+"""Largest ratio of unknowns over which a dense factorization is scaled."""
+
+HELD = ("rest", "calls")
+"""Entries of a row that only other rows need."""
 
 ORDER = ("skyline", "auto", "banded-lu", *DENSE)
 
@@ -55,7 +62,8 @@ class Bench:
         for method in ORDER:
             progress(f"{cell.table}, {cell.elements} elements, {method}")
             measured[method] = self._method(model, dt, method, cell, measured.get("skyline"))
-        return [{**_identity(cell), "method": method, **_without_rest(measured[method]),
+        return [{**_identity(cell), "method": method,
+                 **{key: value for key, value in measured[method].items() if key not in HELD},
                  **_paper(printed.get(method))} for method in METHODS]
 
     def _method(self, model, dt, method, cell, skyline):
@@ -80,45 +88,49 @@ class Bench:
                 "iterations_per_step": stepper.iterations,
                 "halvings": stepper.record.halvings, "solver": stepper.system.solver.name,
                 "storage_bytes": stepper.system.solver.values.nbytes, **step.row("step"),
-                **_phases(calls), "rest": rest, "unit_cpu": step.median * cell.unit_steps,
-                "run_cpu": run, "run_extrapolated": extrapolated}
+                **calls.row(), "rest": rest, "calls": calls,
+                "unit_cpu": step.median * cell.unit_steps, "run_cpu": run,
+                "run_extrapolated": extrapolated}
 
     def _from_calls(self, model, dt, method, cell, skyline):
         """A row from single calls, the factorization scaled if even one would take too long."""
-        n, iterations = skyline["unknowns"], skyline["iterations_per_step"]
+        n, iterations, scaled_from = skyline["unknowns"], skyline["iterations_per_step"], None
         if self._expected(method, n) > self.effort.call_seconds:
-            m, factor, solve = self._largest[method]
-            phases = {"assembly_cpu": skyline["assembly_cpu"], "factor_cpu": factor * (n / m)**3,
-                      "solve_cpu": solve * (n / m)**2}
-            basis, rounds, storage = "scaled", 0, 8 * n * n
+            if n > SCALED_AT_MOST * self._largest[method][0]:
+                self._time_model(method, BASE)
+            m, of_m = self._largest[method]
+            scaled_from, storage, basis = m, 8 * n * n, "scaled"
+            calls = Calls(skyline["calls"].assembly, of_m.factor.scaled((n / m)**3),
+                          of_m.solve.scaled((n / m)**2))
         else:
             stepper = Stepper(model, dt, method)
-            basis, storage = "single calls", stepper.system.solver.values.nbytes
-            rounds = 1 if self._expected(method, n) > self.effort.round_seconds else (
-                self.effort.rounds)
-            calls = time_calls(stepper, rounds)
+            storage, basis = stepper.system.solver.values.nbytes, "single calls"
+            calls = time_calls(stepper, self.effort.rounds)
             self._remember(method, n, calls)
-            phases = _phases(calls)
-        step = extrapolated_step(iterations, phases["assembly_cpu"], phases["factor_cpu"],
-                                 phases["solve_cpu"], skyline["rest"])
-        return {"unknowns": n, "basis": basis, "rounds": rounds, "steps_per_round": 0,
-                "iterations_per_step": iterations, "halvings": 0, "solver": method,
-                "storage_bytes": storage, "step_cpu": step,
-                **phases, "rest": skyline["rest"], "unit_cpu": step * cell.unit_steps,
-                "run_cpu": step * cell.steps, "run_extrapolated": True}
+        step = calls.step(iterations, skyline["rest"])
+        return {"unknowns": n, "basis": basis, "scaled_from_unknowns": scaled_from,
+                "rounds": len(step.cpu), "steps_per_round": 0, "iterations_per_step": iterations,
+                "halvings": 0, "solver": method, "storage_bytes": storage, **step.row("step"),
+                **calls.row(), "unit_cpu": step.median * cell.unit_steps,
+                "run_cpu": step.median * cell.steps, "run_extrapolated": True}
 
     def _expected(self, method, n):
         """CPU seconds of a dense factorization of ``n`` unknowns, by n^3."""
         if method not in self._largest:
-            definition = load_case(SEED[0])
-            stepper = Stepper(definition.model(SEED[1]), definition.paper.dt.value, method)
-            self._remember(method, stepper.system.numbering.n_dof, time_calls(stepper, 1))
-        m, factor, _ = self._largest[method]
-        return factor * (n / m)**3
+            self._time_model(method, SEED)
+        m, calls = self._largest[method]
+        return calls.factor.median * (n / m)**3
+
+    def _time_model(self, method, model):
+        case, elements = model
+        definition = load_case(case)
+        stepper = Stepper(definition.model(elements), definition.paper.dt.value, method)
+        self._remember(method, stepper.system.numbering.n_dof,
+                       time_calls(stepper, self.effort.rounds))
 
     def _remember(self, method, n, calls):
         if n > self._largest.get(method, (0,))[0]:
-            self._largest[method] = n, calls.factor.median, calls.solve.median
+            self._largest[method] = n, calls
 
 
 def ratios(rows):
@@ -128,7 +140,8 @@ def ratios(rows):
     depends on the solver alone (factorization and solution) its two factors: sparsity, LAPACK's
     dense LU against its unsymmetric banded LU, and symmetry, banded LU against the skyline and
     against the production default.  ``operations``: dense elimination's n^3 / 3 products over the
-    skyline's, at least (entries)^2 / 2n.
+    skyline's, at least (entries)^2 / 2n.  ``dense_basis``, ``lapack_basis``: the key of ``BASES``
+    that the numerators rest on.
     """
     result = []
     for elements in dict.fromkeys(row["elements"] for row in rows):
@@ -144,7 +157,7 @@ def ratios(rows):
                     "sparsity": cost["lapack-lu"] / cost["banded-lu"],
                     "symmetry_skyline": cost["banded-lu"] / cost["skyline"],
                     "symmetry_auto": cost["banded-lu"] / cost["auto"],
-                    "extrapolated": of["dense"]["basis"] != "steps"}
+                    "dense_basis": of["dense"]["basis"], "lapack_basis": of["lapack-lu"]["basis"]}
         sky, dense = of["skyline"], of["dense"]
         result.append({"table": sky["table"], "case": sky["case"], "elements": elements,
                        "unknowns": sky.get("unknowns"), **ours,
@@ -173,12 +186,3 @@ def _paper(cell):
             "printed_seconds": cell.printed_seconds, "paper_seconds": cell.seconds,
             "paper_run_seconds": cell.run_seconds, "paper_estimated": cell.estimated,
             "errata": cell.errata}
-
-
-def _phases(calls):
-    return {"assembly_cpu": calls.assembly.median, "factor_cpu": calls.factor.median,
-            "solve_cpu": calls.solve.median}
-
-
-def _without_rest(row):
-    return {key: value for key, value in row.items() if key != "rest"}

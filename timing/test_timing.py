@@ -2,7 +2,6 @@
 decides by a time."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ from solver.linear import SingularMatrix
 from timing import iterations, measure, peers, targets
 from timing.cli import time
 from timing.growth import exponents, fit_exponent
-from timing.measure import Effort, Sample, Stepper, extrapolated_step, sample
+from timing.measure import Calls, Effort, Sample, Stepper, sample
 from timing.printed import PRINTED, cells, errata, seconds, unit_steps
 from timing.report import run, text
 from timing.solvers import METHODS, make_system
@@ -135,27 +134,30 @@ def test_clocks(monkeypatch):
     assert sample(lambda: None, 1) == Sample((0.25,), (4.0,))
 
 
-def test_extrapolation_of_a_step():
-    assert extrapolated_step(3.0, 0.1, 2.0, 0.01, 0.5) == pytest.approx(3 * 2.11 + 0.5)
-
-
 def test_table_row_from_single_calls(monkeypatch):
-    """A dense solver that may not take whole steps: its row is the formula's, and is marked."""
-    calls = SimpleNamespace(assembly=Sample((0.1,), (0.1,)), factor=Sample((2.0,), (2.0,)),
-                            solve=Sample((0.01,), (0.01,)))
-    monkeypatch.setattr("timing.tables.time_calls", lambda stepper, rounds: calls)
+    """A dense solver that may not take whole steps: its row is that of single calls, and is marked,
+    with the spread of their rounds."""
+    def seconds(*rounds):
+        return Sample(rounds, rounds)
+    calls = Calls(seconds(0.1, 0.1, 0.1), seconds(2.0, 2.1, 1.9), seconds(0.01, 0.01, 0.01))
+    timed = []
+    monkeypatch.setattr("timing.tables.time_calls", lambda stepper, rounds: timed.append(
+        len(stepper.system.model.quads)) or calls)
     bench, model = Bench(TINY), load_case("l-plate").model(30)
-    skyline = {"unknowns": 240, "iterations_per_step": 3.0, "rest": 0.5, "assembly_cpu": 0.1}
+    skyline = {"unknowns": 240, "iterations_per_step": 3.0, "rest": 0.5, "calls": calls}
     target = cell("Table 2", "dense", 30)
     row = bench._method(model, 1e-4, "dense", target, skyline)
-    assert row["basis"] == "single calls" and row["run_extrapolated"]
+    assert row["basis"] == "single calls" and row["run_extrapolated"] and row["rounds"] == 3
     assert row["step_cpu"] == pytest.approx(3 * 2.11 + 0.5)
+    assert row["step_spread"] == pytest.approx(3 * 0.2 / row["step_cpu"])
     assert row["unit_cpu"] == pytest.approx(100 * row["step_cpu"])
     assert row["run_cpu"] == pytest.approx(800000 * row["step_cpu"])
-    # larger by 10 in unknowns: 775 is the seed, so 2 s becomes 2 (7750/775)^3 s, too long to time
-    scaled = bench._method(model, 1e-4, "dense", target, {**skyline, "unknowns": 7750})
-    assert scaled["basis"] == "scaled" and scaled["factor_cpu"] == pytest.approx(2000.0)
-    assert scaled["solve_cpu"] == pytest.approx(1.0)
+    # 5490 unknowns are too many to time: first 2745 are, which are then scaled by 8 and by 4
+    timed.clear()
+    scaled = bench._method(model, 1e-4, "dense", target, {**skyline, "unknowns": 5490})
+    assert scaled["basis"] == "scaled" and scaled["scaled_from_unknowns"] == 2745
+    assert timed == [480] and scaled["factor_cpu"] == pytest.approx(16.0)
+    assert scaled["solve_cpu"] == pytest.approx(0.04)
 
 
 def test_ratios_and_their_factors():
@@ -171,7 +173,7 @@ def test_ratios_and_their_factors():
     (row,) = ratios(rows)
     assert row["dense_skyline"] == 500.0 and row["dense_auto"] == 1000.0
     assert row["sparsity"] == 15.0 and row["symmetry_skyline"] == 2.0 and row["symmetry_auto"] == 4
-    assert row["paper"] == pytest.approx(775.4, abs=0.1) and row["extrapolated"]
+    assert row["paper"] == pytest.approx(775.4, abs=0.1) and row["dense_basis"] == "single calls"
     assert row["paper_as_printed"] == pytest.approx(0.775, abs=1e-3)
     assert row["operations"] == pytest.approx(24.0)
 
@@ -191,10 +193,12 @@ def test_exponents():
     assert fit_exponent(n, [1.0, 0.0, 2.0]) is None and fit_exponent(n, [1.0, None, 2.0]) is None
     rows = [{"case": "a", "method": "auto", "basis": "steps", "unknowns": k, "matrix_bytes": k,
              "memory_bytes": None,
-             **dict.fromkeys(("assembly", "factorization", "solve", "rest", "step"), k**2)}
+             "solver": f"solver of {k:g}",
+             **dict.fromkeys(("assembly", "factorization", "solve", "step"), k**2)}
             for k in (10.0, 1000.0, 4000.0)]
     (fits,) = exponents([*rows, {"case": "a", "method": "auto", "basis": "not available"}])
     assert fits["points"] == 2 and fits["step"] == pytest.approx(2.0)
+    assert fits["solvers"] == "solver of 1000, solver of 4000"
     assert fits["matrix_bytes"] == pytest.approx(1.0) and fits["memory_bytes"] is None
 
 
@@ -219,6 +223,7 @@ def test_verdicts_of_targets():
     assert Target("a", "D", 4.0, 3.0, 3.5).met == "target"
     assert Target("a", "D", 4.0, 3.0, 4.5).met == "no"
     assert Target("a", "D", 4.0, 3.0, None).row()["met"] == "not measured"
+    assert Target("a", "D", 4.0, 3.0, None, missed=True).row()["met"] == "no"
 
 
 def test_every_target_is_reported(monkeypatch):
@@ -280,11 +285,35 @@ def test_peers_that_are_missing_are_reported_as_missing(monkeypatch, tmp_path):
         "survived": True, "reached": 2.0, "cpu_ms_per_step": 0.5})
     monkeypatch.setattr(peers, "_kratos_version", lambda: None)
     monkeypatch.setattr(peers, "_calculix_version", lambda: None)
-    peers.main(["--size", "quick", "--dt", "0.02", "--output", str(tmp_path / "peers.json")])
+    arguments = ["--size", "quick", "--dt", "0.02", "--output", str(tmp_path / "peers.json")]
+    peers.peers.main(arguments, standalone_mode=False)
     report = json.loads((tmp_path / "peers.json").read_text(encoding="utf-8"))
     assert {row["program"] for row in report["rows"] if row.get("missing")} == {
         "Kratos Bossak", "Kratos Newmark", "CalculiX HHT", "CalculiX trapezoidal"}
     assert report["speedups"] == [] and "load_at_end" in report
+
+
+@pytest.mark.parametrize("wrong, said", [
+    (("--elements", "31"), "case l-plate has no mesh of 31"), (("--dt", "0"), "dt must be"),
+    (("--end-time", "0"), "end_time must be"), (("--dt", "nan"), "dt must be"),
+    (("--end-time", "1.005", "--dt", "0.01"), "not a multiple"),
+    (("--output", "no/such/folder.json"), "no folder")])
+def test_wrong_arguments_of_peers_run_nothing(wrong, said, monkeypatch):
+    monkeypatch.setattr(peers, "compare", None)
+    with pytest.raises((InputError, ResultFileError), match=said):
+        peers.peers.main(["--size", "quick", *wrong], standalone_mode=False)
+
+
+def test_other_program_that_fails(monkeypatch, tmp_path):
+    """A ccx that cannot run is missing; one that writes no results says why."""
+    program = tmp_path / "ccx"
+    program.write_bytes(b"not a program")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert peers._calculix_version() is None
+    program.write_text("#!/bin/sh\necho out of licences; exit 3\n")
+    row = peers._isolated(peers.run_calculix, 30, 0.01, 1.0, 0.0)
+    assert not row["survived"] and "ended with status 3: out of licences" in row["error"]
 
 
 def test_speedups_are_against_the_fastest_other_code_that_survived():

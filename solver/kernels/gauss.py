@@ -7,6 +7,9 @@ Tables 2, 4, 6, 8).  It exploits neither symmetry nor sparsity, on purpose.
 import numpy as np
 from numba import njit
 
+SQUARE = 32
+"""Rows of the squares in which a matrix is mirrored."""
+
 
 @njit(cache=True)
 def factor(a, rows):
@@ -26,14 +29,27 @@ def factor(a, rows):
         if pivot_row != k:
             for j in range(n):
                 a[k, j], a[pivot_row, j] = a[pivot_row, j], a[k, j]
-        upper = a[k]
+        pivot = a[k, k]
+        upper = a[k, k + 1:]
         for i in range(k + 1, n):
-            lower = a[i]
-            multiplier = lower[k] / upper[k]
-            lower[k] = multiplier
-            for j in range(k + 1, n):
+            multiplier = a[i, k] / pivot
+            a[i, k] = multiplier
+            lower = a[i, k + 1:]
+            for j in range(len(lower)):
                 lower[j] -= multiplier * upper[j]
     return -1
+
+
+@njit(cache=True)
+def mirror(a):
+    """Copy the lower triangle of ``a`` (n, n) to the upper one, square by square for the cache."""
+    n = a.shape[0]
+    for i0 in range(0, n, SQUARE):
+        i1 = min(i0 + SQUARE, n)
+        for j0 in range(0, i1, SQUARE):
+            for i in range(i0, i1):
+                for j in range(j0, min(j0 + SQUARE, i)):
+                    a[j, i] = a[i, j]
 
 
 @njit(cache=True)
