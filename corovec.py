@@ -3,6 +3,11 @@
 import os
 import signal
 import sys
+import threading
+import time
+
+PARENT = "COROVEC_PARENT"
+"""Variable with the process without which this one ends, however that one died."""
 
 
 def main():
@@ -12,6 +17,9 @@ def main():
     so that until they are there it ends the process at once.  Later it is an exception, which only
     the compiler's callbacks lose.
     """
+    parent = os.environ.pop(PARENT, "")
+    if parent:
+        threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)
     sys.unraisablehook = _lost
@@ -19,6 +27,12 @@ def main():
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     main()
+
+
+def _end_with(parent):
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
 
 
 def _interrupted(*_):

@@ -6,13 +6,13 @@ can be checked: that something stays constant, agrees between meshes, or swings 
 
 import numpy as np
 
-from solver.cases import load_case
+from solver.cases import load_case, read_calibrations
 from solver.mesh import node_at
-from solver.simulation import drift
+from solver.simulation import drift, total_energy, unloaded_row
 from verification.case import Row, at_least, small
 
 from .study import printed_results
-from .verdicts import ROUNDING
+from .verdicts import ASSUMED, ROUNDING, assumptions
 
 LINE = 1e-3
 """Change that a curve of a figure does not show: about a line's width over the figure's height."""
@@ -35,15 +35,16 @@ def claims(case, runs):
     """
     finest = runs[max(runs)]
     energy, linear, angular, printed = _conserved(finest)
+    energy = [*_level(case, finest), energy]
     if case == "l-plate":
-        return {"Figure 3": [energy, linear, angular, printed], "Figure 4": _paths(case, runs, "S"),
-                "Figure 6": [energy]}
+        return {"Figure 3": [*energy, linear, angular, printed],
+                "Figure 4": _paths(case, runs, "S"), "Figure 6": energy}
     if case == "ruler":
-        return {"Figure 8": [energy, linear, angular, printed], "Figure 9": [energy]}
+        return {"Figure 8": [*energy, linear, angular, printed], "Figure 9": energy}
     if case == "hemisphere":
-        return {"Figure 11": [energy], "Figure 13": [energy]}
-    return {"Figure 15": [energy], "Figure 16a": [linear], "Figure 16b": [angular, printed],
-            "Figure 17": [energy]}
+        return {"Figure 11": energy, "Figure 13": energy}
+    return {"Figure 15": energy, "Figure 16a": [linear], "Figure 16b": [angular, printed],
+            "Figure 17": energy}
 
 
 def mesh_claims(case):
@@ -52,6 +53,20 @@ def mesh_claims(case):
     for elements, nodes in printed_results(case).get("nodes", {}).items():
         yield Row(f"{elements} elements: nodes", float(len(definition.mesh(int(elements))[0])),
                   float(nodes), "published", 0.0, "a count")
+
+
+def _level(case, contents):
+    """The row of the energy at which curves run on, and with which motions go on, if printed."""
+    printed, description = printed_results(case), contents["description"]
+    elements, fitted = description["elements"], read_calibrations().get(case)
+    if elements in printed["elements"]:
+        history = contents["history"]
+        row = unloaded_row(history, description["unloaded_at"])
+        yield Row(f"{elements} elements: energy after unloading, of this run [J]",
+                  float(total_energy(history)[row]),
+                  float(printed["energy"][printed["elements"].index(elements)]), "published", LINE,
+                  "a line's width in a figure", explanation=assumptions(load_case(case)),
+                  covers=ASSUMED, fitted=fitted is not None and fitted.elements == elements)
 
 
 def _conserved(contents):

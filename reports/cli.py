@@ -133,7 +133,17 @@ def reproduce(names, size, jobs, output, list_only, page_only):
         for part in parts(size, folder):
             click.echo(f"{part.name:<24} {status(part, stamps):<26} {part.shown()}")
         return
-    failed = 0 if page_only else run_parts(chosen, folder, jobs, click.echo)
+    failed = 0
+    if not page_only:
+        from tqdm import tqdm
+        with tqdm(unit="part", disable=None, file=sys.stderr, leave=False, mininterval=0.0) as bar:
+
+            def running(names, ended, n):
+                bar.total, bar.n = n, ended
+                bar.set_postfix_str(", ".join(names))
+
+            failed = run_parts(chosen, folder, jobs, lambda text: tqdm.write(text, sys.stdout),
+                               running)
     page = build(size, folder)
     click.echo(f"{page} ({page.stat().st_size / 1e6:.1f} MB)")
     if failed:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, PercentFormatter
 
 from solver.errors import InputError
 from solver.simulation import total_energy
@@ -210,6 +211,8 @@ def convergence(curves):
     meshes = np.unique(data["elements"])
     axes.set_xticks(np.sqrt(meshes), [str(n) for n in meshes])
     axes.minorticks_off()
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=2))
     axes.set(xlabel="elements (spaced by their root)", ylabel="relative error of the energy")
     axes.legend()
     return figure, data

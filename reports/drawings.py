@@ -83,10 +83,13 @@ def _rates(sources):
     errors = [float(text.rstrip("%")) / 100.0 for text in printed["error"]]
     mesh = study["mesh"]
     return figures.convergence([
-        figures.Curve("printed", tuple(printed["elements"]), tuple(errors),
-                      slopes["of_all_printed"]),
-        figures.Curve("ours", tuple(row["elements"] for row in mesh),
-                      tuple(row["error"] for row in mesh), slopes["ours"])])
+        figures.Curve(f"printed, {printed['elements'][-1]} as reference",
+                      tuple(printed["elements"]), tuple(errors), slopes["of_all_printed"]),
+        *(figures.Curve(f"{name}, {mesh[-1]['elements']} as reference",
+                        tuple(row["elements"] for row in mesh), tuple(row[error] for row in mesh),
+                        slopes[slope])
+          for name, error, slope in (("printed", "error_of_printed", "of_printed"),
+                                     ("ours", "error", "ours")))])
 
 
 def _motion(end, count):
@@ -107,8 +110,8 @@ DRAWINGS = {
         Drawing("figure-03bc", "Figure 3", "Linear and angular momentum", _momenta),
         Drawing("figure-03d", "Figure 3", "Total energy, mesh by mesh", _total),
         Drawing("figure-04", "Figure 4", "Displacements of S, mesh by mesh", _points()),
-        Drawing("figure-05", "Figure 5", "Error of the energy after unloading against elements "
-                "along the short edge", _rates),
+        Drawing("figure-05", "Figure 5", "Error of the energy after unloading against the number "
+                "of elements; slopes are over its root, as along an edge", _rates),
         Drawing("figure-06", "Figure 6", "Motion over 20 s, 1 s apart", _motion(20.0, 20), True)),
     "ruler": (
         Drawing("figure-07", "Figure 7", MESH, _mesh),

@@ -99,7 +99,8 @@ def _case(name, size, results, pictures):
     rows = [*energy_rows, *promise_rows, *time_rows,
             *(row for claim in claimed.values() for row in claim.rows)]
     return SimpleNamespace(
-        name=name, short=SHORT[name], title=tables.case_titles()[name],
+        name=name, short=SHORT[name], flight=definition.paper.dt.value
+        * definition.paper.steps.value, title=tables.case_titles()[name],
         rows=list({str(row): row for row in rows}.values()),
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),
@@ -133,8 +134,8 @@ def _claims(case, recordings, no_runs, study, no_study):
     """``{figure: rows and cell}`` of all figures of a case."""
     found = {figure: ([], no_runs) for figure in figures_of(case)}
     counted = [row.as_dict() for row in mesh_claims(case)]
-    lost = [] if counted else [Lack("not reproducible", "outline and loads are lost with it")]
-    found[next(iter(found))] = counted, lost
+    found[next(iter(found))] = counted, [Lack("not reproducible", "outline and loads are lost with "
+                                              "the drawing")]
     if recordings:
         runs = {recording.elements: recording.contents for recording in recordings}
         for figure, rows in claims(case, runs).items():
@@ -158,7 +159,7 @@ def _figure(label, sources, claimed, folder):
     return SimpleNamespace(
         label=label, id=_anchor(label), cells=[claim.cell for claim in own], drawings=drawn,
         lost=LOST.get(label), table=tables.verdict_rows(
-            "What the paper says of it", [row for claim in own for row in claim.rows]))
+            "What is checked of it", [row for claim in own for row in claim.rows]))
 
 
 def _picture(drawing, sources, folder):
@@ -232,11 +233,12 @@ def _evidence(finding, reports):
 
 def _speed(results):
     """Tables of what goes beyond the paper's timings."""
-    makers = {"targets": tables.targets, "iterations": tables.iterations, "growth": tables.growth}
+    makers = {"targets": (tables.targets,), "growth": (tables.growth,),
+              "iterations": (tables.iterations, tables.accumulation)}
     read = {name: results.read(f"time-{name}") for name in makers}
-    return [SimpleNamespace(table=make(read[name][0]) if read[name][0] else None,
+    return [SimpleNamespace(tables=[make(read[name][0]) for make in made] if read[name][0] else [],
                             lacks=read[name][1], command=f"corovec time {name}")
-            for name, make in makers.items()]
+            for name, made in makers.items()]
 
 
 def _about(size, results):

@@ -6,6 +6,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
+from corovec import PARENT
 from solver.provenance import usable_cores
 
 from .parts import Stamps
@@ -13,7 +14,7 @@ from .parts import Stamps
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
-def run_parts(chosen, folder, jobs=None, tell=lambda text: None):
+def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda *_: None):
     """Run the parts that are not finished, each in a process of its own.
 
     Timings come first, one at a time with nothing beside them; then ``jobs`` parts at a time, by
@@ -21,7 +22,8 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None):
 
     Args:
         chosen: :class:`~reports.parts.Part` s; folder: of all results.
-        tell: called with a line of text as parts end.
+        tell: called with a line of text as parts end; running: called with the names of the parts
+            that run, and how many have ended of how many.
 
     Returns:
         int: how many parts failed.
@@ -30,21 +32,29 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None):
     missing = [part for part in chosen if not stamps.finished(part)]
     if len(missing) < len(chosen):
         tell(f"{len(chosen) - len(missing)} of {len(chosen)} parts are there already")
-    ended = failed = 0
-    for part, status, seconds in _run_all(missing, stamps, jobs or usable_cores()):
+    ended, failed, under_way = 0, 0, []
+
+    def begin(part):
+        under_way.append(part.name)
+        running(under_way, ended, len(missing))
+        return _run(part, stamps)
+
+    for part, status, seconds in _run_all(missing, begin, jobs or usable_cores()):
         ended, failed = ended + 1, failed + (status != "finished")
+        under_way.remove(part.name)
+        running(under_way, ended, len(missing))
         tell(f"[{ended:>2}/{len(missing)}] {part.name:<24} {status:<9} {seconds:6.0f} s")
     return failed
 
 
-def _run_all(missing, stamps, jobs):
-    """``(part, status, seconds)`` as parts end."""
+def _run_all(missing, run, jobs):
+    """``run(part)`` of all parts: ``(part, status, seconds)`` as they end."""
     for part in missing:
         if part.alone:
-            yield _run(part, stamps)
+            yield run(part)
     with ThreadPoolExecutor(jobs) as pool:
         try:
-            for future in as_completed([pool.submit(_run, part, stamps) for part in missing
+            for future in as_completed([pool.submit(run, part) for part in missing
                                         if not part.alone]):
                 yield future.result()
         except BaseException:
@@ -65,7 +75,8 @@ def _run(part, stamps):
     with open(stamps.log(part), "w", encoding="utf-8") as log:
         code = subprocess.run([sys.executable, "-m", "corovec", *command], stdout=log, stderr=log,
                               stdin=subprocess.DEVNULL,
-                              env={**os.environ, **dict.fromkeys(THREADS, "1")}).returncode
+                              env={**os.environ, **dict.fromkeys(THREADS, "1"),
+                                   PARENT: str(os.getpid())}).returncode
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
     good = code == 0 or code == 1 and part.judged and written and part.whole()

@@ -21,6 +21,9 @@ OUTWARD = 0.2
 MOVED = 0.5
 """A shell that travels this multiple of its size is drawn along its way, else frame by frame."""
 
+MOST_NAMED = 21
+"""Frames along a way that have their times beside them, at most."""
+
 FRAMES = 8
 """Instants of a sequence, if none are asked for."""
 
@@ -132,13 +135,15 @@ def _way(corners, density, scale, captions, view):
     box = bounds(corners)
     figure = Figure(figsize=(WIDTH, 0.5 + 0.75 * WIDTH * view.aspect(box)), layout="constrained")
     space = Space(figure.add_subplot(), view, box)
-    space.elements(corners, array=density, norm=scale.norm, cmap=scale.cmap, line=0.2)
+    space.elements(corners, array=density, norm=scale.norm, cmap=scale.cmap, edge="face",
+                   line=0.15)
     points = corners.reshape(len(corners), -1, 3)
-    for k, caption in enumerate(captions):
+    named = range(0, len(captions), -(-len(captions) // MOST_NAMED))
+    for k in named:
         seen, others = view(points[k]), cKDTree(view(np.delete(points, k, axis=0)).reshape(-1, 2))
         free = np.argmax(others.query(seen)[0])
         way = seen[free] - seen.mean(axis=0)
-        space.text(points[k][free], caption, 9.0 * way / np.linalg.norm(way), size=7.0)
+        space.text(points[k][free], captions[k], 9.0 * way / np.linalg.norm(way), size=7.0)
     density_bar(figure, scale, density, space.axes, shrink=0.7, aspect=25)
     return figure
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from solver.cases import case_names, load_case
 from timing.printed import cells
 from timing.tables import BASES, TABLES
+from timing.verdicts import UNKNOWN
 from timing.verdicts import verdicts as timing_verdicts
 
 VERDICTS = {
@@ -12,11 +13,11 @@ VERDICTS = {
     "deviates (open)": "differs, and nobody knows why",
     "not run": "belongs to this size, but was not yet run, or not since its sources changed",
     "deviates (explained)": "differs, with the reason given, within the bound that the reason has",
+    "not reproducible": "the paper's data is lost and cannot be made again",
     "calibrated": "a parameter was fitted to this very number: agreement proves nothing",
     "within tolerance": "differs by less than a tolerance that carries its reason",
     "better": "nearer to the exact value than the reference",
     "match": "equal, to rounding or to the printed digits",
-    "not reproducible": "the data is lost and cannot be made again",
     "left out": "does not belong to this size",
 }
 """All verdicts, the worst first, and what they say."""
@@ -160,15 +161,17 @@ def ratios(name, timing):
     return Table(
         "Ratios, which machines share better than seconds",
         ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "ours from",
-         "LAPACK LU/skyline", "LAPACK LU from", "of solving: sparsity", "symmetry",
+         "of operations", "LAPACK LU/skyline", "LAPACK LU from", "of solving: sparsity", "symmetry",
          "banded LU/skyline", "verdict"),
         [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
           number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
-          row.get("dense_basis", "–"), number(row.get("lapack_skyline"), 3),
-          row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
-          number(row.get("symmetry_auto"), 3), number(row.get("symmetry_skyline"), 3),
+          row.get("dense_basis", "–"), number(row.get("operations"), 3),
+          number(row.get("lapack_skyline"), 3), row.get("lapack_basis", "–"),
+          number(row.get("sparsity"), 3), number(row.get("symmetry_auto"), 3),
+          number(row.get("symmetry_skyline"), 3),
           Cell("", verdict.get(str(row["elements"]), "left out"))] for row in rows],
-        ["Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
+        [f"Explained: {UNKNOWN}.",
+         "Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
          "symmetry: LAPACK's banded LU against its banded Cholesky, the production default; banded "
          "LU against our skyline besides; all three of one factorization and solution alone."])
 
@@ -195,6 +198,18 @@ def iterations(timing):
         [[number(row["dt"], 3), row["matrix"], number(row["gap"], 2), str(row["iterations"]),
           str(row["iterations_converged"]), number(row["error"], 2)]
          for row in timing["tables"]["iterations"]])
+
+
+def accumulation(timing):
+    """The paper's rule against a tight one over a whole flight."""
+    return Table(
+        "Runs that stop by the paper's rule, cc ≤ 1e-6, and by cc ≤ 1e-13: what is left adds up",
+        ("time [s]", "iterations, paper's rule", "tight", "energy drift, paper's rule",
+         "energy drift, tight", "largest distance [m]", "of a flight of [m]"),
+        [[number(row["time"], 3), number(row["paper_iterations"], 3),
+          number(row["tight_iterations"], 3), number(row["paper_energy_drift"], 3),
+          number(row["tight_energy_drift"], 3), number(row["difference"], 2),
+          number(row["travelled"], 3)] for row in timing["tables"]["iterations-run"]])
 
 
 def growth(timing):
@@ -237,7 +252,7 @@ def verdict_rows(name, rows):
 def reason(row):
     """Why a row may differ as it does."""
     if row["verdict"] == "deviates (explained)":
-        return row["explanation"]
+        return f"{row['explanation']} (explains up to {percent(row['covers'], 2)})"
     return row["reason"]
 
 
@@ -270,7 +285,9 @@ def number(value, digits):
     if isinstance(value, int) or value == 0 or 1e-3 <= abs(value) < 1e6:
         return f"{value:#.{digits}g}".rstrip(".") if value and not float(
             value).is_integer() else f"{value:.0f}"
-    mantissa, exponent = f"{value:.{min(digits, 2) - 1}e}".split("e")
+    mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
     return f"{mantissa}e{int(exponent)}"
 
 

@@ -78,6 +78,18 @@ def dask_workers(address):
         yield Workers(client.get_executor, math.inf, shared_disk=False)
 
 
+def isolated(function, *arguments):
+    """``function(*arguments)`` in a worker process of its own."""
+    executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
+    try:
+        result = executor.submit(function, *arguments).result()
+    except BaseException:
+        _stop(executor, ())
+        raise
+    executor.shutdown()
+    return result
+
+
 def complete(workers, function, tasks):
     """Yield ``(task, function(task), None)`` or ``(task, None, error)`` as tasks finish.
 

@@ -1,12 +1,15 @@
 """What a result depends on: model, settings, versions of libraries, machine."""
 
 import hashlib
+import json
 import os
 import platform
 import subprocess
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import numpy as np
 
@@ -59,8 +62,11 @@ def usable_cores():
 
 
 def commit():
-    """Commit of the sources, marked if they were edited; the package's version outside git."""
-    folder = Path(__file__).parent
+    """Commit of the sources, marked if they were edited; the package's version outside git.
+
+    Of sources that were installed from a folder, that folder's commit if they are still the same.
+    """
+    folder = _installed_from(Path(__file__).parent)
     try:
         subprocess.run(["git", "ls-files", "--error-unmatch", "__init__.py"], cwd=folder,
                        check=True, capture_output=True)
@@ -68,3 +74,15 @@ def commit():
                               check=True, capture_output=True, text=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return f"version {metadata.version('corovec')}"
+
+
+def _installed_from(folder):
+    """The folder from which pip copied the package in ``folder``, while both are equal."""
+    try:
+        url = json.loads(metadata.distribution("corovec").read_text("direct_url.json") or "{}")
+        origin = Path(url2pathname(urlsplit(url.get("url", "")).path), folder.name)
+        same = all((origin / path.relative_to(folder)).read_bytes() == path.read_bytes()
+                   for path in folder.rglob("*") if path.suffix in (".py", ".toml"))
+    except (OSError, ValueError, metadata.PackageNotFoundError):
+        return folder
+    return origin if same else folder

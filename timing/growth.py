@@ -5,8 +5,9 @@ import os
 import numpy as np
 
 from solver.cases import load_case
+from solver.execution import isolated
 
-from .measure import Stepper, isolated, sample, single_thread, time_calls
+from .measure import Stepper, sample, single_thread, time_calls
 from .tables import available
 
 SERIES = (("l-plate", (30, 120, 480, 1920, 7680)), ("hemisphere", (1024, 4096, 16384)))

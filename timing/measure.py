@@ -4,11 +4,8 @@ CPU seconds decide (``time.process_time``), since other programs may share the m
 seconds are kept beside them.  Compilation comes first and is left out; LAPACK has one thread.
 """
 
-import multiprocessing
 import os
-import signal
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -190,13 +187,6 @@ def time_calls(stepper, rounds):
     return Calls(several(assemble),
                  several(solver.eliminate if unsymmetric else solver.factor, restore),
                  several(lambda: solver.solve(rhs)))
-
-
-def isolated(work, *arguments):
-    """``work(*arguments)`` in a process of its own, which an interrupt ends without a word."""
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), signal.signal,
-                             (signal.SIGINT, signal.SIG_DFL)) as pool:
-        return pool.submit(work, *arguments).result()
 
 
 def single_thread():

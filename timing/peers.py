@@ -26,9 +26,10 @@ from scipy.spatial.transform import Rotation
 from solver import Settings, simulate, warm_up
 from solver.cases import load_case
 from solver.errors import StepError
+from solver.execution import isolated
 from solver.recorder import replacing, writable_path
 
-from .measure import isolated, load, surroundings
+from .measure import load, surroundings
 
 CASE = "l-plate"
 SAMPLES = 200

@@ -35,7 +35,7 @@ def test_commands_exist():
     """Every ``corovec X`` that the README shows has a help page with the options shown."""
     shown = re.findall(r"^corovec (\w+)(.*)$", "\n".join(blocks("")), flags=re.MULTILINE)
     assert {name for name, _ in shown} == {"list", "run", "info", "converge", "calibrate", "verify",
-                                           "time", "reproduce", "plot", "animate"}
+                                           "time", "peers", "reproduce", "plot", "animate"}
     for name, rest in shown:
         text = corovec(name, "--help").stdout
         for option in re.findall(r"--[a-z-]+", rest):

@@ -119,6 +119,7 @@
     await Plotly.newPlot(stage, traces(d), layout,
       {responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false});
     const most = Math.max(...d.kinetic.map((value, k) => value + d.strain[k]));
+    const joules = (value, digits) => (value > 1e-12 * most ? value : 0).toPrecision(digits);
     let frame = 0, playing = false, held = false, drawing = false, follow = true, clock, place = 0, ready = 0;
 
     async function show(k) {
@@ -127,10 +128,10 @@
       part("now").value = d.times[k].toPrecision(3) + " s";
       for (const kind of ["kinetic", "strain"]) {
         root.querySelector(`.energy .${kind}`).style.width = 100 * d[kind][k] / most + "%";
-        root.querySelector(`.energies .${kind} b`).textContent = d[kind][k].toPrecision(4);
+        root.querySelector(`.energies .${kind} b`).textContent = joules(d[kind][k], 4);
       }
       root.querySelector(".energies .total b").textContent =
-        (d.kinetic[k] + d.strain[k]).toPrecision(5);
+        joules(d.kinetic[k] + d.strain[k], 5);
       const nodes = nodesAt(d, k, follow), lines = linesAt(d, nodes);
       drawing = true;
       const began = performance.now();
