@@ -64,7 +64,7 @@ def test_one_file_a_run_named_by_its_hash(tmp_path):
     outcomes, _ = execute(tmp_path, RUNS)
     assert sorted(os.listdir(tmp_path)) == sorted(f"{run.key}.h5" for run in RUNS)
     assert outcomes[0].description["case"] == "l-plate"
-    assert outcomes[0].description["solver"] == "banded"
+    assert outcomes[0].description["solver"] == "skyline"
 
 
 def test_interrupted_run_goes_on_bit_for_bit(tmp_path, monkeypatch):

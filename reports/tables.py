@@ -23,7 +23,8 @@ VERDICTS = {
 """All verdicts, the worst first, and what they say."""
 
 METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production default",
-           "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU"}
+           "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU",
+           "banded-cholesky": "LAPACK banded Cholesky"}
 
 WORDS = frozenset((
     "mesh", "solver", "verdict", "quantity", "note", "basis", "target", "unit", "met", "detail",
@@ -162,18 +163,18 @@ def ratios(name, timing):
         "Ratios, which machines share better than seconds",
         ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "ours from",
          "of operations", "LAPACK LU/skyline", "LAPACK LU from", "of solving: sparsity", "symmetry",
-         "banded LU/skyline", "verdict"),
+         "profile", "verdict"),
         [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
           number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
           row.get("dense_basis", "–"), number(row.get("operations"), 3),
           number(row.get("lapack_skyline"), 3), row.get("lapack_basis", "–"),
-          number(row.get("sparsity"), 3), number(row.get("symmetry_auto"), 3),
-          number(row.get("symmetry_skyline"), 3),
+          number(row.get("sparsity"), 3), number(row.get("symmetry"), 3),
+          number(row.get("profile"), 3),
           Cell("", verdict.get(str(row["elements"]), "left out"))] for row in rows],
         [f"Explained: {UNKNOWN}.",
          "Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
-         "symmetry: LAPACK's banded LU against its banded Cholesky, the production default; banded "
-         "LU against our skyline besides; all three of one factorization and solution alone."])
+         "symmetry: LAPACK's banded LU against its banded Cholesky; profile: that against our "
+         "skyline; all three of one factorization and solution alone."])
 
 
 def targets(timing):

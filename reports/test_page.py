@@ -363,7 +363,8 @@ def browser():
 
 WHOLE = """() => [document.documentElement.scrollWidth <= innerWidth,
     [...document.images].filter(i => !(i.complete && i.naturalWidth > 100)).map(i => i.alt),
-    [...document.querySelectorAll("body *")].filter(e => !e.closest(".scroll, .picture, nav, .stage")
+    [...document.querySelectorAll("body *")].filter(
+        e => !e.closest(".scroll, .picture, nav, .stage")
         && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.className || e.tagName)]"""
 
 

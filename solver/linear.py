@@ -22,9 +22,13 @@ from .kernels import gauss, skyline
 
 SOLVERS = ("auto", "skyline", "dense")
 
-BANDED_LIMIT = 1e10
-"""n (half-bandwidth)^2 up to which ``auto`` prefers banded Cholesky to SuperLU (measured: equal
-at 21 000 unknowns on a ring, SuperLU ahead by 1.5 at 83 000)."""
+SKYLINE_COST = 1.6
+"""Time of an operation of the skyline's factorization over one of banded Cholesky's, which works
+on blocks (measured: 1.5 to 1.6 on rings of 5000 and 21 000 unknowns, where both do the same)."""
+
+DIRECT_LIMIT = 1e10
+"""Operations of banded Cholesky up to which ``auto`` prefers it, or the skyline, to SuperLU
+(measured: equal at 21 000 unknowns on a ring, SuperLU ahead by 1.5 at 83 000)."""
 
 
 class SingularMatrix(ArithmeticError):
@@ -37,9 +41,8 @@ class Skyline:
     name = "skyline"
 
     def __init__(self, numbering):
-        first = numbering.first_neighbour[numbering.node_of_dof]
         rows = np.arange(numbering.n_dof)
-        diagonal = np.cumsum(rows - first + 1) - 1
+        diagonal = np.cumsum(row_lengths(numbering) + 1) - 1
         self.values = np.zeros(int(diagonal[-1]) + 1)
         self.storage = (diagonal - rows, column_offsets(numbering, 1), diagonal, 1)
         self._work = skyline.workspace(diagonal)
@@ -158,21 +161,29 @@ class SuperLU:
 
 
 def make_solver(name, numbering):
-    """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks SciPy's best."""
+    """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks the fastest: the
+    skyline where its rows are short beside the longest, else banded Cholesky, and SuperLU for the
+    largest models."""
     if name == "skyline":
         return Skyline(numbering)
     if name == "dense":
         return Dense(numbering)
     if name == "auto":
-        work = numbering.n_dof * half_bandwidth(numbering) ** 2
-        return Banded(numbering) if work <= BANDED_LIMIT else SuperLU(numbering)
+        lengths = row_lengths(numbering).astype(float)
+        work = {Skyline: SKYLINE_COST * np.sum(lengths**2),
+                Banded: len(lengths) * np.max(lengths)**2, SuperLU: DIRECT_LIMIT}
+        return min(work, key=work.get)(numbering)
     raise InputError(f"solver '{name}' is unknown, must be one of: {', '.join(SOLVERS)}")
+
+
+def row_lengths(numbering):
+    """(n_dof,) distances of the first entries of the lower triangle's rows from the diagonal."""
+    return np.arange(numbering.n_dof) - numbering.first_neighbour[numbering.node_of_dof]
 
 
 def half_bandwidth(numbering):
     """Largest distance of an entry of the lower triangle from the diagonal."""
-    last = numbering.start + 2 + numbering.n_rot
-    return int(np.max(last - numbering.first_neighbour))
+    return int(np.max(row_lengths(numbering)))
 
 
 def column_offsets(numbering, stride):

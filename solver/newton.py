@@ -10,7 +10,7 @@ import numpy as np
 
 from .errors import InputError
 from .kernels import corotation
-from .linear import SingularMatrix, half_bandwidth
+from .linear import SingularMatrix, row_lengths
 
 NEWTON = ("modified", "full")
 """One factorization for many iterations, or a new matrix in each (the paper's)."""
@@ -30,10 +30,10 @@ EXACT = 1e-18
 STALLED = 0.25
 """Part of the work that may be left after a correction with a kept matrix."""
 
-PATIENCE, PATIENCE_BAND = (4, 11), 11
-"""A step may take half-bandwidth / ``PATIENCE_BAND`` iterations with a kept matrix, within these
-bounds, before the next one makes its own: the wider the band, the dearer that is (measured, see
-timing/README.md)."""
+PATIENCE, PATIENCE_ROW = (4, 11), 9.0
+"""A step may take r / ``PATIENCE_ROW`` iterations with a kept matrix, r being the root mean square
+of the rows' lengths, within these bounds, before the next one makes its own: the longer the rows,
+the dearer that is (measured, see timing/README.md)."""
 
 LONGEST = 1.65
 """Times that many iterations expected for a step, a kept matrix is replaced within it."""
@@ -105,8 +105,8 @@ class KeptMatrix:
     def __init__(self, system):
         self._system = system
         numbering, n_nodes = system.numbering, len(system.model.nodes)
-        self.patience = float(np.clip(half_bandwidth(numbering) // PATIENCE_BAND,
-                                      *PATIENCE))
+        row = np.sqrt(np.mean(row_lengths(numbering).astype(float)**2))
+        self.patience = float(np.clip(row // PATIENCE_ROW, *PATIENCE))
         self._numbers = (numbering.start, numbering.n_rot)
         self._corner = np.empty(n_nodes, dtype=np.int64)
         self._corner[system.model.quads] = np.arange(len(system.model.quads))[:, None]

@@ -25,7 +25,7 @@ SHOWN = {
               "printed": "", "printed_run": ""},
     "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "dense_basis": "", "paper": "",
                "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "lapack_basis": "",
-               "sparsity": "", "symmetry_auto": "", "symmetry_skyline": ""},
+               "sparsity": "", "symmetry": "", "profile": ""},
     "growth": {"case": "", "elements": "", "unknowns": "", "method": "", "solver": "",
                "iterations_per_step": "", "assembly": "s", "factorization": "s", "solve": "s",
                "step": "s", "step_spread": "", "matrix_bytes": "B", "memory_bytes": "B"},

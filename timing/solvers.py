@@ -1,4 +1,4 @@
-"""Two more linear solvers, for comparison only: what an unsymmetric matrix would need from LAPACK.
+"""Linear solvers for comparison only: what a matrix would need from LAPACK if it were unsymmetric.
 
 Both have the interface of :mod:`solver.linear`.  The assembly gives them the lower triangle, and
 ``complete`` fills in the other one, which an unsymmetric element would assemble: it counts as
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from solver.kernels import gauss
-from solver.linear import SOLVERS, SingularMatrix, column_offsets, half_bandwidth
+from solver.linear import SOLVERS, Banded, SingularMatrix, column_offsets, half_bandwidth
 from solver.system import System
 
 
@@ -78,11 +78,12 @@ class BandedLU:
         return lapack.dgbtrs(self._lu, w, w, rhs, self._exchanges)[0]
 
 
-COMPARED = {"lapack-lu": DenseLU, "banded-lu": BandedLU}
+COMPARED = {"lapack-lu": DenseLU, "banded-lu": BandedLU, "banded-cholesky": Banded}
 
 METHODS = {"skyline": "skyline LDL^T", "dense": "dense Gaussian elimination",
            "auto": "production default", "lapack-lu": "LAPACK dense LU",
-           "banded-lu": "LAPACK banded LU, unsymmetric"}
+           "banded-lu": "LAPACK banded LU, unsymmetric",
+           "banded-cholesky": "LAPACK banded Cholesky"}
 
 
 def make_system(model, method):

@@ -23,7 +23,7 @@ SCALED_AT_MOST = 2.5
 HELD = ("rest", "calls")
 """Entries of a row that only other rows need."""
 
-ORDER = ("skyline", "auto", "banded-lu", *DENSE)
+ORDER = ("skyline", "auto", "banded-cholesky", "banded-lu", *DENSE)
 
 BASES = {"steps": "whole steps timed",
          "single calls": "a step composed of single assembly, factorization and solution",
@@ -137,11 +137,11 @@ def ratios(rows):
     """Ratios of a table's rows, mesh by mesh.
 
     ``dense / skyline`` of whole steps, ours and the paper's (as read, and as printed), and of what
-    depends on the solver alone (factorization and solution) its two factors: sparsity, LAPACK's
-    dense LU against its unsymmetric banded LU, and symmetry, banded LU against the skyline and
-    against the production default.  ``operations``: dense elimination's n^3 / 3 products over the
-    skyline's, at least (entries)^2 / 2n.  ``dense_basis``, ``lapack_basis``: the key of ``BASES``
-    that the numerators rest on.
+    depends on the solver alone (factorization and solution) its factors: sparsity, LAPACK's dense
+    LU against its unsymmetric banded LU; symmetry, that against its banded Cholesky; profile, that
+    against the skyline, which skips what is empty within the band.  ``operations``: the n^3 / 3
+    products of dense elimination over the skyline's, at least (entries)^2 / 2n.  ``dense_basis``,
+    ``lapack_basis``: the key of ``BASES`` that the numerators rest on.
     """
     result = []
     for elements in dict.fromkeys(row["elements"] for row in rows):
@@ -155,8 +155,8 @@ def ratios(rows):
                     "dense_auto": of["dense"]["step_cpu"] / of["auto"]["step_cpu"],
                     "operations": _operations(of["skyline"]),
                     "sparsity": cost["lapack-lu"] / cost["banded-lu"],
-                    "symmetry_skyline": cost["banded-lu"] / cost["skyline"],
-                    "symmetry_auto": cost["banded-lu"] / cost["auto"],
+                    "symmetry": cost["banded-lu"] / cost["banded-cholesky"],
+                    "profile": cost["banded-cholesky"] / cost["skyline"],
                     "dense_basis": of["dense"]["basis"], "lapack_basis": of["lapack-lu"]["basis"]}
         sky, dense = of["skyline"], of["dense"]
         result.append({"table": sky["table"], "case": sky["case"], "elements": elements,

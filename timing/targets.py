@@ -13,12 +13,11 @@ from scipy.linalg import lapack
 
 from solver import Settings, read, simulate
 from solver.cases import load_case
-from solver.linear import Banded
 from solver.mesh import node_at
 from solver.simulation import unloaded_row
-from solver.system import System
 
 from .measure import Stepper, sample, time_calls
+from .solvers import make_system
 
 CASE = "l-plate"
 SMALL, PAPER = 30, 480
@@ -135,9 +134,7 @@ def _factorization(model, dt, rounds):
     """Skyline against LAPACK's banded Cholesky on the same matrix, both overwriting."""
     stepper = Stepper(model, dt, "skyline")
     skyline = time_calls(stepper, 3 * rounds).factor
-    system = System(model, "skyline")
-    system.solver = Banded(system.numbering)
-    stepper.system = system
+    system = stepper.system = make_system(model, "banded-cholesky")
     system.observe(stepper.state)
     stepper.assemble()
     band = system.solver.values.reshape(system.numbering.n_dof, -1).copy()

@@ -25,7 +25,7 @@ def test_run_prints_a_summary():
     done = corovec(*QUICK)
     assert done.returncode == 0 and done.stderr == ""
     for label in ("kinetic energy", "strain energy", "drift since unloading", "assembly", "solve",
-                  "iterations per step", "factorization", "compilation", "banded"):
+                  "iterations per step", "factorization", "compilation", "skyline"):
         assert label in done.stdout
 
 

@@ -179,7 +179,7 @@ def test_file_holds_the_result(tmp_path, model):
     strain = contents["strain_energy"].sum(axis=1)
     rows = result.history["strain_energy"][contents["frame_steps"]]
     assert np.allclose(strain, rows, rtol=1e-13)
-    assert contents["description"]["solver"] == result.solver == "banded"
+    assert contents["description"]["solver"] == result.solver == "skyline"
     assert contents["description"]["versions"]["numpy"] == np.__version__
 
 
