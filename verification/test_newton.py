@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver import Model, NodalLoad, Settings, Support, TimeFunction, newton, simulate
+from solver import Model, NodalLoad, Settings, Support, TimeFunction, simulate
 from solver.cases import load_case
 from solver.kernels import corotation
 from solver.linear import Banded, Skyline
@@ -62,7 +62,7 @@ def test_matrix_is_carried_around(factorizations, monkeypatch):
     without the rotation of the nodes it needs many times as many."""
     plate = spinning(rectangle(2.0, 1.0, (4, 2)), (1.0, 2.0, 2.0))
     settings = Settings(dt=0.01, end_time=6.0, frame_every=1000)
-    monkeypatch.setattr(newton, "PATIENCE", (11, 11))
+    monkeypatch.setattr("solver.newton.PATIENCE", (11, 11))
     simulate(plate, settings)
     carried = len(factorizations)
 
