@@ -45,18 +45,20 @@ def growth(effort, progress=lambda text: None):
 
 
 def exponents(rows, smallest=500):
-    """Exponents b of seconds ~ unknowns^b by least squares, for models above ``smallest``."""
+    """Exponents b of seconds ~ unknowns^b by least squares, for models above ``smallest``; of the
+    matrix's bytes only where all models have the same solver."""
     result = []
     for case, method in dict.fromkeys((row["case"], row["method"]) for row in rows):
         series = [row for row in rows if (row["case"], row["method"]) == (case, method)
                   and row["basis"] == "steps" and row["unknowns"] >= smallest]
         if len(series) > 1:
             n = [row["unknowns"] for row in series]
+            solvers = list(dict.fromkeys(row["solver"] for row in series))
             fits = {name: fit_exponent(n, [row[name] for row in series])
                     for name in (*PHASES, "matrix_bytes", "memory_bytes")}
             result.append({"case": case, "method": method, "points": len(series),
-                           "solvers": ", ".join(dict.fromkeys(row["solver"] for row in series)),
-                           **fits})
+                           "solvers": ", ".join(solvers), **fits,
+                           "matrix_bytes": fits["matrix_bytes"] if len(solvers) == 1 else None})
     return result
 
 

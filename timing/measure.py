@@ -45,7 +45,7 @@ class Effort:
 CALLS_SECONDS, MAX_CALLS = 0.1, 50
 """CPU seconds that the rounds of a short single call take together, and most of them."""
 
-SIZES = {"quick": Effort(3, 0.5, 2.0, 10.0, 0.0, 12_000, False),
+SIZES = {"quick": Effort(3, 0.5, 2.0, 10.0, 0.0, 90_000, False),
          "full": Effort(5, 60.0, 200.0, 900.0, 600.0, 90_000, True)}
 
 

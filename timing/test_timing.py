@@ -199,8 +199,10 @@ def test_exponents():
             for k in (10.0, 1000.0, 4000.0)]
     (fits,) = exponents([*rows, {"case": "a", "method": "auto", "basis": "not available"}])
     assert fits["points"] == 2 and fits["step"] == pytest.approx(2.0)
-    assert fits["solvers"] == "solver of 1000, solver of 4000"
-    assert fits["matrix_bytes"] == pytest.approx(1.0) and fits["memory_bytes"] is None
+    assert fits["solvers"] == "solver of 1000, solver of 4000" and fits["matrix_bytes"] is None
+    assert fits["memory_bytes"] is None
+    (fits,) = exponents([{**row, "solver": "one"} for row in rows])
+    assert fits["matrix_bytes"] == pytest.approx(1.0)
 
 
 def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
