@@ -23,7 +23,7 @@ ASSUMED_ERROR = 0.5
 """Largest difference of a mesh's error that they explain, relative to that of the printed energies
 with the same reference."""
 
-ASSUMED_RATE = 1.0
+ASSUMED_RATE = 0.5
 """Largest difference of a rate of convergence that they explain: the smoothness of the motion,
 which bounds the rate, depends on the loads."""
 

@@ -115,7 +115,8 @@ def sequence(recording, times=None, scale=1.0, view=None):
     travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
     draw = _way if travels and len(frames) > 1 else _frames
     captions = [instant(recording, time) for time in times]
-    figure = draw(corners, density, density_scale(density), captions, view)
+    figure = draw(corners, density, density_scale(density), captions, view,
+                  _outline(recording.quads))
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
@@ -125,18 +126,28 @@ def sequence(recording, times=None, scale=1.0, view=None):
         "strain_energy_density": np.repeat(density.ravel(), 4)})
 
 
+def _outline(quads):
+    """(n, 3): element and two of its corners, of each side that it shares with no other."""
+    sides = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
+    ends = np.sort(quads[:, sides].reshape(-1, 2), axis=1)
+    _, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
+    elements, side = np.divmod(first[count == 1], 4)
+    return np.column_stack([elements, sides[side]])
+
+
 def instant(recording, time):
     """What is written beside a frame."""
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
 
-def _way(corners, density, scale, captions, view):
-    """All frames in one space."""
+def _way(corners, density, scale, captions, view, outline):
+    """All frames in one space, each with its outline."""
     box = bounds(corners)
     figure = Figure(figsize=(WIDTH, 0.5 + 0.75 * WIDTH * view.aspect(box)), layout="constrained")
     space = Space(figure.add_subplot(), view, box)
     space.elements(corners, array=density, norm=scale.norm, cmap=scale.cmap, edge="face",
                    line=0.15)
+    space.lines(corners[:, outline[:, 0, None], outline[:, 1:]])
     points = corners.reshape(len(corners), -1, 3)
     named = range(0, len(captions), -(-len(captions) // MOST_NAMED))
     for k in named:
@@ -148,7 +159,7 @@ def _way(corners, density, scale, captions, view):
     return figure
 
 
-def _frames(corners, density, scale, captions, view):
+def _frames(corners, density, scale, captions, view, outline):
     """A panel for each frame, all of one scale."""
     columns, box = min(4, len(corners)), bounds(corners)
     rows = -(-len(corners) // columns)

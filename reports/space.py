@@ -109,6 +109,12 @@ class Space:
         if values is not None:
             polygons.set_array(np.take_along_axis(values, order, axis=1).ravel())
 
+    def lines(self, ends, color="0.35", width=0.25):
+        """Lines between pairs of points (..., 2, 3), over all elements."""
+        self.axes.add_collection(LineCollection(
+            self.view(ends).reshape(-1, 2, 2), colors=color, linewidths=width, clip_on=False,
+            zorder=3), autolim=False)
+
     def arrow(self, tail, tip, color=VERMILLION):
         tail, tip = self.view((tail, tip))
         self.axes.annotate("", tip, tail, annotation_clip=False, zorder=5, arrowprops={

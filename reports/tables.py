@@ -161,9 +161,9 @@ def ratios(name, timing):
     verdict = {row.name.split()[0]: row.verdict for row in timing_verdicts(rows)}
     return Table(
         "Ratios, which machines share better than seconds",
-        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "ours from",
-         "of operations", "LAPACK LU/skyline", "LAPACK LU from", "of solving: sparsity", "symmetry",
-         "profile", "verdict"),
+        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "basis",
+         "by operations", "LAPACK LU/skyline", "basis", "sparsity", "symmetry", "profile",
+         "verdict"),
         [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
           number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
           row.get("dense_basis", "–"), number(row.get("operations"), 3),
@@ -253,7 +253,7 @@ def verdict_rows(name, rows):
 def reason(row):
     """Why a row may differ as it does."""
     if row["verdict"] == "deviates (explained)":
-        return f"{row['explanation']} (explains up to {percent(row['covers'], 2)})"
+        return f"{row['explanation']} (explains up to {100.0 * row['covers']:.3g} %)"
     return row["reason"]
 
 
@@ -283,6 +283,8 @@ def number(value, digits):
     """A number of so many digits; ``–`` for none."""
     if value is None or value != value:
         return "–"
+    if 10.0**digits <= abs(value) < 1e6:
+        return f"{value:.0f}"
     if isinstance(value, int) or value == 0 or 1e-3 <= abs(value) < 1e6:
         return f"{value:#.{digits}g}".rstrip(".") if value and not float(
             value).is_integer() else f"{value:.0f}"

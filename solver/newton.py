@@ -30,7 +30,7 @@ EXACT = 1e-18
 STALLED = 0.25
 """Part of the work that may be left after a correction with a kept matrix."""
 
-PATIENCE, PATIENCE_ROW = (4, 11), 9.0
+PATIENCE, PATIENCE_ROW = (4, 11), 12.0
 """A step may take r / ``PATIENCE_ROW`` iterations with a kept matrix, r being the root mean square
 of the rows' lengths, within these bounds, before the next one makes its own: the longer the rows,
 the dearer that is (measured, see timing/README.md)."""
