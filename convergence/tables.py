@@ -88,12 +88,15 @@ def time_step_table(study, outcomes):
     """Energy after unloading on the coarsest mesh against the time step, and the observed order.
 
     ``error`` is that to the limit of the two smallest steps, for order 2; ``mesh_share`` what
-    halving the step changes, relative to the smallest mesh error of the study.
+    halving the step changes, relative to the smallest mesh error of the study.  A run that had to
+    halve a step has no single one: its change is not told.
     """
     smallest = np.min(mesh_errors(study.energies(outcomes, study.level(outcomes))))
     steps = study.temporal_steps
-    energy = np.array([unloaded_energy(outcomes[study.temporal_run(dt).key]) for dt in steps])
-    change = np.append(np.diff(energy), np.nan)
+    ended = [outcomes[study.temporal_run(dt).key] for dt in steps]
+    energy = np.array([unloaded_energy(outcome) for outcome in ended])
+    halved = np.array([run_measures(outcome)["halvings"] > 0 for outcome in ended])
+    change = np.append(np.where(halved[:-1] | halved[1:], np.nan, np.diff(energy)), np.nan)
     limit = energy[-1] + (energy[-1] - energy[-2]) / 3.0
     frame = pd.DataFrame({
         "case": study.case, "elements": study.elements[0], "dt": steps,

@@ -142,8 +142,11 @@ def reproduce(names, size, jobs, output, list_only, page_only):
                 bar.total, bar.n = n, ended
                 bar.set_postfix_str(", ".join(names))
 
-            failed = run_parts(chosen, folder, jobs, lambda text: tqdm.write(text, sys.stdout),
-                               running)
+            def tell(text):
+                with tqdm.external_write_mode():
+                    click.echo(text)
+
+            failed = run_parts(chosen, folder, jobs, tell, running)
     page = build(size, folder)
     click.echo(f"{page} ({page.stat().st_size / 1e6:.1f} MB)")
     if failed:
