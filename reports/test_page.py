@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import os
 import re
 import shutil
 import tomllib
@@ -342,12 +343,14 @@ def test_plan_names_meshes_and_frames_of_the_figures():
 
 
 def chromium(playwright):
-    """A Chromium: the one that playwright installed, or the system's; skip without any."""
+    """A Chromium: the one that playwright installed, or the system's; skip without any, unless
+    the variable COROVEC_BROWSER is ``required``."""
     found = [playwright.chromium.executable_path, *map(shutil.which, (
         "chromium", "chromium-browser", "google-chrome"))]
     path = next((path for path in found if path and Path(path).exists()), None)
     if path is None:
-        pytest.skip("no Chromium: playwright install chromium, or the system's package chromium")
+        lacks = pytest.fail if os.environ.get("COROVEC_BROWSER") == "required" else pytest.skip
+        lacks("no Chromium: playwright install chromium, or the system's package chromium")
     return playwright.chromium.launch(executable_path=path, args=[
         "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
 
