@@ -6,13 +6,13 @@ can be checked: that something stays constant, agrees between meshes, or swings 
 
 import numpy as np
 
-from solver.cases import load_case, read_calibrations
+from solver.cases import load_case
 from solver.mesh import node_at
 from solver.simulation import drift, total_energy, unloaded_row
 from verification.case import Row, at_least, small
 
 from .study import printed_results
-from .verdicts import ASSUMED, ROUNDING, assumptions
+from .verdicts import ASSUMED, ROUNDING, assumptions, fitted_to
 
 LINE = 1e-3
 """Change that a curve of a figure does not show: about a line's width over the figure's height."""
@@ -58,7 +58,7 @@ def mesh_claims(case):
 def _level(case, contents):
     """The row of the energy at which curves run on, and with which motions go on, if printed."""
     printed, description = printed_results(case), contents["description"]
-    elements, fitted = description["elements"], read_calibrations().get(case)
+    elements = description["elements"]
     if elements in printed["elements"]:
         history = contents["history"]
         row = unloaded_row(history, description["unloaded_at"])
@@ -66,7 +66,7 @@ def _level(case, contents):
                   float(total_energy(history)[row]),
                   float(printed["energy"][printed["elements"].index(elements)]), "published", LINE,
                   "a line's width in a figure", explanation=assumptions(load_case(case)),
-                  covers=ASSUMED, fitted=fitted is not None and fitted.elements == elements)
+                  covers=ASSUMED, fitted=fitted_to(case, elements))
 
 
 def _conserved(contents):

@@ -113,7 +113,7 @@ class CaseStudy:
     @property
     def paper_time(self):
         """Simulated time of the paper [s]."""
-        return self.paper_dt * self.definition.paper.steps.value
+        return self.definition.paper.time
 
     @cached_property
     def mesh_steps(self):

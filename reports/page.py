@@ -99,8 +99,8 @@ def _case(name, size, results, pictures):
     rows = [*energy_rows, *promise_rows, *time_rows,
             *(row for claim in claimed.values() for row in claim.rows)]
     return SimpleNamespace(
-        name=name, short=SHORT[name], flight=definition.paper.dt.value
-        * definition.paper.steps.value, title=tables.case_titles()[name],
+        name=name, short=SHORT[name], flight=definition.paper.time,
+        title=tables.case_titles()[name],
         rows=list({str(row): row for row in rows}.values()),
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),

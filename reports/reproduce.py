@@ -66,8 +66,8 @@ def _run(part, stamps):
     """One part in a process of its own, its stamp and its log."""
     command = part.command
     if part.kind == "run":
-        stamp = stamps.current(part) or {"status": "finished"}
-        begun = stamp["status"] != "finished" and part.result.exists()
+        stamp = stamps.current(part)
+        begun = stamp and stamp["status"] != "finished" and part.result.exists()
         command += ("--resume",) if begun else ("--overwrite",)
     stamps.write(part, "begun")
     _made(part.result.parent if part.kind != "time" else part.result.parent.parent)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
 from solver.loads import NodalLoad, TimeFunction
+from solver.mesh import element_edges
 
 from .space import Space, View, best_view, bounds, density_bar, density_scale
 from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
@@ -113,10 +114,10 @@ def sequence(recording, times=None, scale=1.0, view=None):
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     centres = corners.mean(axis=(1, 2))
     travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
-    draw = _way if travels and len(frames) > 1 else _frames
-    captions = [instant(recording, time) for time in times]
-    figure = draw(corners, density, density_scale(density), captions, view,
-                  _outline(recording.quads))
+    drawn = (corners, density, density_scale(density),
+             [instant(recording, time) for time in times], view)
+    figure = (_way(*drawn, _outline(recording.quads)) if travels and len(frames) > 1
+              else _frames(*drawn))
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
@@ -128,11 +129,10 @@ def sequence(recording, times=None, scale=1.0, view=None):
 
 def _outline(quads):
     """(n, 3): element and two of its corners, of each side that it shares with no other."""
-    sides = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
-    ends = np.sort(quads[:, sides].reshape(-1, 2), axis=1)
+    ends = np.sort(element_edges(quads), axis=1)
     _, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
-    elements, side = np.divmod(first[count == 1], 4)
-    return np.column_stack([elements, sides[side]])
+    elements, corners = np.divmod(first[count == 1], 4)
+    return np.column_stack([elements, corners, (corners + 1) % 4])
 
 
 def instant(recording, time):
@@ -159,7 +159,7 @@ def _way(corners, density, scale, captions, view, outline):
     return figure
 
 
-def _frames(corners, density, scale, captions, view, outline):
+def _frames(corners, density, scale, captions, view):
     """A panel for each frame, all of one scale."""
     columns, box = min(4, len(corners)), bounds(corners)
     rows = -(-len(corners) // columns)

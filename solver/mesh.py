@@ -112,7 +112,7 @@ def line_nodes(nodes, quads, start, end):
     near = MERGE * np.ptp(nodes, axis=0).max()
     on = np.flatnonzero((off <= near) & (along >= -near) & (along <= length + near))
     line = on[np.argsort(along[on])]
-    edges = np.sort(_edges(quads), axis=1)
+    edges = np.sort(element_edges(quads), axis=1)
     joined = set(map(tuple, edges.tolist()))
     for i, j in zip(line[:-1].tolist(), line[1:].tolist()):
         if (min(i, j), max(i, j)) not in joined:
@@ -208,7 +208,7 @@ def _smooth_links(quads, normals, fold_angle, patches):
 
     At a junction, plates on either side that go on smoothly but have opposite normals count as two.
     """
-    edges = _edges(quads)
+    edges = element_edges(quads)
     ordered = np.sort(edges, axis=1)
     order = np.lexsort((ordered[:, 1], ordered[:, 0]))
     new = np.any(np.diff(ordered[order], axis=0) != 0, axis=1)
@@ -257,7 +257,7 @@ def _spread(directors):
     return Directors(normals[swapped], first, back[vertices])
 
 
-def _edges(quads):
+def element_edges(quads):
     """(4 n_elem, 2) edges of all elements, from each node to the next."""
     return np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
 

@@ -12,12 +12,12 @@ from .measure import load
 from .tables import BASES, TABLES, Bench, ratios
 from .targets import targets
 
-NAMES = (*TABLES, "iterations", "growth", "targets")
-
 WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios") for name in TABLES},
            "iterations": ("iterations", "iterations-run"), "growth": ("growth", "growth-exponents"),
            "targets": ("D", "targets")}
-"""Tables that each of ``NAMES`` gives."""
+"""Tables that each study gives."""
+
+NAMES = tuple(WRITTEN)
 
 SHOWN = {
     "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", "unit_cpu": "s",

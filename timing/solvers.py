@@ -8,36 +8,25 @@ assembly, ``eliminate`` as factorization.
 import numpy as np
 from scipy.linalg import lapack
 
-from solver.kernels import gauss
-from solver.linear import SOLVERS, Banded, SingularMatrix, column_offsets, half_bandwidth
+from solver.linear import (
+    SOLVERS,
+    Banded,
+    Dense,
+    SingularMatrix,
+    column_offsets,
+    half_bandwidth,
+)
 from solver.system import System
 
 
-class DenseLU:
+class DenseLU(Dense):
     """LAPACK's LU of the full matrix (getrf): dense elimination as fast as it gets."""
 
     name = "lapack-lu"
 
-    def __init__(self, numbering):
-        n = numbering.n_dof
-        rows = np.arange(n)
-        self.values = np.zeros(n * n)
-        self.storage = (rows * n, column_offsets(numbering, 1), rows * (n + 1), 1)
-        self._n = n
-
-    def factor(self):
-        self.complete()
-        self.eliminate()
-
-    def complete(self):
-        gauss.mirror(self._matrix())
-
     def eliminate(self):
         self._lu, self._exchanges, info = lapack.dgetrf(self._matrix().T, overwrite_a=1)
         _check(info)
-
-    def _matrix(self):
-        return self.values.reshape(self._n, self._n)
 
     def solve(self, rhs):
         return lapack.dgetrs(self._lu, self._exchanges, rhs)[0]

@@ -181,6 +181,11 @@ class Paper(_Strict):
     dt: _in("s", Positive)
     steps: _in("", Count)
 
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self.dt.value * self.steps.value
+
 
 class Defaults(_Strict):
     elements: Count
