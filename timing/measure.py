@@ -46,7 +46,7 @@ CALLS_SECONDS, MAX_CALLS = 0.1, 50
 """CPU seconds that the rounds of a short single call take together, and most of them."""
 
 SIZES = {"quick": Effort(3, 0.5, 2.0, 10.0, 0.0, 90_000, False),
-         "full": Effort(5, 20.0, 200.0, 900.0, 600.0, 90_000, True)}
+         "full": Effort(5, 5.0, 60.0, 300.0, 100.0, 90_000, True)}
 
 
 @dataclass(frozen=True)
