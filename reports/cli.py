@@ -117,6 +117,7 @@ def reproduce(names, size, jobs, output, list_only, page_only):
       corovec reproduce time-table-2 verify
     """
     from solver import InputError
+    from solver.provenance import usable_cores
     from solver.recorder import writable_folder
 
     from .page import build
@@ -147,7 +148,7 @@ def reproduce(names, size, jobs, output, list_only, page_only):
                     click.echo(text)
 
             failed = run_parts(chosen, folder, jobs, tell, running)
-    page = build(size, folder)
+    page = build(size, folder, jobs or usable_cores())
     click.echo(f"{page} ({page.stat().st_size / 1e6:.1f} MB)")
     if failed:
         click.echo(f"{failed} of {len(chosen)} parts failed; their logs are in {folder / 'parts'}")

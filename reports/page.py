@@ -4,6 +4,7 @@ import base64
 import datetime
 import json
 import tomllib
+from functools import partial
 from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +16,7 @@ from convergence.claims import claims, mesh_claims
 from convergence.study import printed_results
 from convergence.verdicts import assumptions
 from solver.cases import load_case
+from solver.execution import processes
 from solver.provenance import commit, machine, usable_cores, versions
 from timing.tables import TABLES
 from timing.verdicts import verdicts as timing_verdicts
@@ -53,8 +55,11 @@ LARGEST_SVG = 400_000
 """Bytes beyond which a picture is embedded as PNG; its SVG lies beside the page all the same."""
 
 
-def build(size, folder):
+def build(size, folder, jobs=1):
     """Write ``folder``/page/index.html and its figures from the results of the finished parts.
+
+    Args:
+        jobs: cases drawn at a time, each in a process of its own if more than one.
 
     Returns:
         Path: of the page.
@@ -62,7 +67,12 @@ def build(size, folder):
     page = folder / "page"
     (page / "figures").mkdir(parents=True, exist_ok=True)
     results = Results(size, folder)
-    cases = [_case(name, size, results, page / "figures") for name in CASES]
+    case = partial(_case, size=size, folder=folder)
+    if jobs == 1:
+        cases = [case(name) for name in CASES]
+    else:
+        with processes(jobs).start() as executor:
+            cases = list(executor.map(case, CASES))
     suites = [_suite(suite, results) for suite in suite_names()]
     environment = Environment(loader=PackageLoader("reports"), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -81,9 +91,9 @@ def build(size, folder):
     return path
 
 
-def _case(name, size, results, pictures):
-    """Everything that the page shows of a case."""
-    definition = load_case(name)
+def _case(name, size, folder):
+    """Everything that the page shows of a case; writes its figures."""
+    definition, results = load_case(name), Results(size, folder)
     study, no_study = results.read(f"converge-{name}")
     timing, no_timing = results.read(f"time-{TIMES[name]}")
     recordings, no_runs = _recordings(name, size, results)
@@ -106,7 +116,7 @@ def _case(name, size, results, pictures):
         assumptions=assumptions(definition), counts=tables.provenance_counts(name),
         provenance=tables.provenance(name), claims=claimed,
         lacks=SimpleNamespace(study=no_study + broken, runs=no_runs, timing=no_timing),
-        figures=[_figure(label, sources, claimed, pictures)
+        figures=[_figure(label, sources, claimed, folder / "page" / "figures")
                  for label in dict.fromkeys(drawing.figure for drawing in DRAWINGS[name])],
         energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
         energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {SHORT[name]}"),

@@ -33,12 +33,15 @@ STYLE = {
     "grid.color": "0.88", "grid.linewidth": 0.5, "axes.axisbelow": True, "axes.linewidth": 0.6,
     "axes.spines.top": False, "axes.spines.right": False, "lines.linewidth": 1.2,
     "lines.markersize": 4.5, "legend.frameon": False, "legend.handlelength": 3.0,
-    "figure.dpi": 100.0, "savefig.dpi": 220.0, "svg.hashsalt": "corovec", "pdf.fonttype": 42,
+    "figure.dpi": 72.0, "savefig.dpi": 220.0, "svg.hashsalt": "corovec", "pdf.fonttype": 42,
     "text.usetex": False, "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True,
     "path.simplify": True}
 
 WIDTH = 6.7
 """Inches: a text column of a page, 170 mm."""
+
+MARGIN = 0.05
+"""Inches of white around a figure."""
 
 FORMATS = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None},
            "pdf": {"CreationDate": None, "Creator": None, "Producer": None}}
@@ -82,13 +85,15 @@ def save(figure, data, folder, name, formats=("svg", "png"), overwrite=False):
         ResultFileError: a file exists and is not to be overwritten, or cannot be written.
     """
     paths = [writable_path(path, overwrite) for path in targets(folder, name, formats)]
+    figure.draw_without_rendering()
+    figure.set_layout_engine(None)  # the layout found serves all formats
+    box = figure.get_tightbbox().padded(MARGIN)
     for path, kind in zip(paths, (*formats, "csv")):
         with written(path), replacing(path) as partial:
             if kind == "csv":
                 data.to_csv(partial, index=False)
             else:
-                figure.savefig(partial, format=kind, metadata=FORMATS[kind], bbox_inches="tight",
-                               pad_inches=0.05)
+                figure.savefig(partial, format=kind, metadata=FORMATS[kind], bbox_inches=box)
     return paths
 
 

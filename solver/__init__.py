@@ -4,6 +4,7 @@ A :class:`Model` is made of arrays, :func:`simulate` runs it with :class:`Settin
 :class:`Result`; :func:`read` opens a result file.  ``solver.cases`` holds the benchmarks.
 """
 
+from .compilation import warm_up
 from .errors import InputError, ResultFileError, StepError
 from .loads import (
     NodalLoad,
@@ -18,7 +19,7 @@ from .loads import (
 from .model import Model, rigid_velocity
 from .recorder import read
 from .scheme import Scheme, make_scheme
-from .simulation import Drift, Result, Settings, drift, simulate, total_energy, warm_up
+from .simulation import Drift, Result, Settings, drift, simulate, total_energy
 from .static_result import StaticResult
 from .statics import StaticSettings, arc_length, load_control, solve_linear
 

@@ -119,8 +119,9 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
       corovec run l-plate --elements 30 --solver skyline --json
     """
     from .cases import load_case
+    from .compilation import warm_up
     from .recorder import writable_path
-    from .simulation import Settings, simulate, warm_up
+    from .simulation import Settings, simulate
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:

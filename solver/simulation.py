@@ -9,7 +9,6 @@ from threadpoolctl import threadpool_limits
 from .checks import choice, instance, integer, number, positive
 from .errors import InputError
 from .linear import SOLVERS
-from .loads import NodalLoad, TimeFunction
 from .model import Model
 from .newton import NEWTON, NewtonRule
 from .provenance import describe
@@ -280,19 +279,6 @@ def _check_impulses(model, settings):
             raise InputError(f"load {k}: dt {settings.dt:g} s is too long for its time function; "
                              f"the steps see {sampled:.4g} s of its integral {exact:.4g} s up to "
                              f"t = {end:g} s")
-
-
-def warm_up():
-    """Compile (or load from the cache) every kernel a run needs; returns the seconds it took."""
-    clock = time.perf_counter()
-    nodes = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
-    pulse = TimeFunction((0.0, 1.0), (1.0, 0.0))
-    plate = Model(nodes, [(0, 1, 2, 3)], thickness=0.1, youngs=1.0, poisson=0.0, density=1.0,
-                  loads=[NodalLoad(0, (0.0, 0.0, 1e-3), pulse)])
-    for solver in ("auto", "skyline", "dense"):
-        # three steps without a checkpoint: the second and third carry the matrix of the first
-        simulate(plate, Settings(dt=0.01, end_time=0.03, solver=solver, frame_every=3))
-    return time.perf_counter() - clock
 
 
 def _fill(row, time_, instant, state, record):

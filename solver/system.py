@@ -137,10 +137,19 @@ class System:
 
     def initial_state(self):
         """State at t = 0: the initial configuration and velocities, Ü from Eq. (55)."""
-        model, n_dof = self.model, self.numbering.n_dof
-        n_nodes = len(model.nodes)
-        state = State(model.nodes.copy(), np.zeros((n_nodes, 3)), np.zeros((n_nodes, 3)),
-                      np.zeros((n_nodes, 3, 3)), np.zeros(n_dof), np.zeros(n_dof))
+        state = self.placed_state()
+        # M Ü = F_ext - F_m - F_int: unit mass factor, no stiffness, velocities as they are
+        mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+        self.assemble(state, mass_only, False, np.zeros(self.numbering.n_dof), self.loads_at(0.0))
+        if np.any(self.residual[0]):
+            self.solver.factor()
+            state.acceleration[:] = self.solver.solve(self.residual[0])
+            state.acceleration[self.fixed] = 0.0
+        return state
+
+    def placed_state(self):
+        """State at t = 0, but for Ü, which is zero."""
+        model, state = self.model, self.blank_state()
         state.velocity[self.translations] = model.velocity
         rotation.start_charts(self.nodes, self.fixed_component, model.normals,
                               model.normal_velocity, state.variables, state.chart, state.velocity)
@@ -150,14 +159,13 @@ class System:
             raise InputError(f"node {self.numbering.node_of_dof[k]}: initial velocity of a "
                              "supported component must be zero")
         self.observe(state)
-        # M Ü = F_ext - F_m - F_int: unit mass factor, no stiffness, velocities as they are
-        mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
-        self.assemble(state, mass_only, False, np.zeros(n_dof), self.loads_at(0.0))
-        if np.any(self.residual[0]):
-            self.solver.factor()
-            state.acceleration[:] = self.solver.solve(self.residual[0])
-            state.acceleration[fixed] = 0.0
         return state
+
+    def blank_state(self):
+        """Nodes at their initial places, axes along the global ones, everything else zero."""
+        nodes, n_dof = self.model.nodes, self.numbering.n_dof
+        return State(nodes.copy(), np.zeros_like(nodes), np.zeros_like(nodes),
+                     np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof))
 
     def static_loads(self, factor):
         """Loads at a load factor: a constant load is multiplied by it, any other taken at it."""

@@ -81,7 +81,7 @@ def _measure(case, elements, method, effort):
         step = sample(lambda: stepper.steps(count), effort.rounds).scaled(1.0 / count)
         memory = None if before is None else _resident_bytes() - before
         iterations = stepper.iterations
-        calls = time_calls(stepper, effort.rounds)
+        calls = time_calls(stepper, effort)
     return {"unknowns": stepper.system.numbering.n_dof, "solver": stepper.system.solver.name,
             "rounds": effort.rounds, "steps_per_round": count, "iterations_per_step": iterations,
             "assembly": calls.assembly.median, "factorization": calls.factor.median,

@@ -23,7 +23,8 @@ class Effort:
     """How much is measured.
 
     Attributes:
-        rounds: repetitions of every measurement.
+        rounds: repetitions of every measurement; long_rounds: of single calls above
+            ``LONG_CALL`` seconds.
         round_seconds: CPU seconds that a round may take; it does as many steps as fit, at least
             one, at most the table's 100 or 10.
         step_seconds: longest whole step of a dense solver; beyond, single calls are timed.
@@ -34,6 +35,7 @@ class Effort:
     """
 
     rounds: int
+    long_rounds: int
     round_seconds: float
     step_seconds: float
     call_seconds: float
@@ -45,8 +47,10 @@ class Effort:
 CALLS_SECONDS, MAX_CALLS = 0.1, 50
 """CPU seconds that the rounds of a short single call take together, and most of them."""
 
-SIZES = {"quick": Effort(3, 0.5, 2.0, 10.0, 0.0, 90_000, False),
-         "full": Effort(5, 5.0, 60.0, 300.0, 100.0, 90_000, True)}
+LONG_CALL = 1.0
+
+SIZES = {"quick": Effort(3, 2, 0.25, 2.0, 10.0, 0.0, 90_000, False),
+         "full": Effort(5, 3, 5.0, 60.0, 300.0, 100.0, 90_000, True)}
 
 
 @dataclass(frozen=True)
@@ -159,8 +163,8 @@ class Calls:
                 for what, number in (("cpu", "median"), ("spread", "spread"))}
 
 
-def time_calls(stepper, rounds):
-    """:class:`Calls` at the stepper's state: ``rounds`` of each, of short ones as many as fit into
+def time_calls(stepper, effort):
+    """:class:`Calls` at the stepper's state: rounds of each, of short ones as many as fit into
     ``CALLS_SECONDS``.  Filling the upper triangle of an unsymmetric solver counts as assembly."""
     system = stepper.system
     solver = system.solver
@@ -181,8 +185,9 @@ def time_calls(stepper, rounds):
 
     def several(work, prepare=None):
         once = sample(work, 1, prepare)
-        more = int(np.clip(CALLS_SECONDS / max(once.median, 1e-9), rounds, MAX_CALLS)) - 1
-        return once + sample(work, more, prepare)
+        least = effort.long_rounds if once.median > LONG_CALL else effort.rounds
+        most = int(np.clip(CALLS_SECONDS / max(once.median, 1e-9), least, MAX_CALLS))
+        return once + sample(work, most - 1, prepare)
 
     return Calls(several(assemble),
                  several(solver.eliminate if unsymmetric else solver.factor, restore),

@@ -75,7 +75,7 @@ class Bench:
         once = sample(stepper.steps, 1).median
         count = int(np.clip(self.effort.round_seconds / once, 1, cell.unit_steps))
         step = sample(lambda: stepper.steps(count), self.effort.rounds).scaled(1.0 / count)
-        calls = time_calls(stepper, self.effort.rounds)
+        calls = time_calls(stepper, self.effort)
         self._remember(method, stepper.system.numbering.n_dof, calls)
         rest = max(0.0, step.median - stepper.iterations * calls.iteration)
         run, done = step.median * cell.steps, stepper.done
@@ -105,7 +105,7 @@ class Bench:
         else:
             stepper = Stepper(model, dt, method)
             storage, basis = stepper.system.solver.values.nbytes, "single calls"
-            calls = time_calls(stepper, self.effort.rounds)
+            calls = time_calls(stepper, self.effort)
             self._remember(method, n, calls)
         step = calls.step(iterations, skyline["rest"])
         return {"unknowns": n, "basis": basis, "scaled_from_unknowns": scaled_from,
@@ -126,7 +126,7 @@ class Bench:
         definition = load_case(case)
         stepper = Stepper(definition.model(elements), definition.paper.dt.value, method)
         self._remember(method, stepper.system.numbering.n_dof,
-                       time_calls(stepper, self.effort.rounds))
+                       time_calls(stepper, self.effort))
 
     def _remember(self, method, n, calls):
         if n > self._largest.get(method, (0,))[0]:

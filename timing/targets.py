@@ -82,7 +82,7 @@ def targets(effort, folder=None, progress=lambda text: None):
     progress("element tangents and forces")
     rows += _elements(paper, dt, effort.rounds)
     progress("factorizations")
-    rows.append(_factorization(paper, dt, effort.rounds))
+    rows.append(_factorization(paper, dt, effort))
     progress("production step of the small model")
     rows.append(_overhead(small, dt, effort.rounds))
     progress("start of a second process")
@@ -130,10 +130,10 @@ def _elements(model, dt, rounds):
     return rows
 
 
-def _factorization(model, dt, rounds):
+def _factorization(model, dt, effort):
     """Skyline against LAPACK's banded Cholesky on the same matrix, both overwriting."""
     stepper = Stepper(model, dt, "skyline")
-    skyline = time_calls(stepper, 3 * rounds).factor
+    skyline = time_calls(stepper, effort).factor
     system = stepper.system = make_system(model, "banded-cholesky")
     system.observe(stepper.state)
     stepper.assemble()
@@ -143,7 +143,8 @@ def _factorization(model, dt, rounds):
     def copy():
         held["a"] = band.copy().T
 
-    cholesky = sample(lambda: lapack.dpbtrf(held["a"], lower=1, overwrite_ab=1), 3 * rounds, copy)
+    cholesky = sample(lambda: lapack.dpbtrf(held["a"], lower=1, overwrite_ab=1),
+                      len(skyline.cpu), copy)
     return Target("skyline factorization / LAPACK banded Cholesky", "", 1.5, 1.0,
                   skyline.median / cholesky.median,
                   f"{1e3 * skyline.median:.3g} ms / {1e3 * cholesky.median:.3g} ms, "

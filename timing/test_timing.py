@@ -24,8 +24,8 @@ from timing.verdicts import verdicts
 from verification.element_oracle import relative
 from verification.helpers import corovec, full_matrix
 
-TINY = Effort(rounds=2, round_seconds=0.0, step_seconds=0.0, call_seconds=10.0, run_seconds=0.0,
-              growth_unknowns=200, reference=False)
+TINY = Effort(rounds=3, long_rounds=2, round_seconds=0.0, step_seconds=0.0, call_seconds=10.0,
+              run_seconds=0.0, growth_unknowns=200, reference=False)
 
 ROUNDED = 1.5e-3
 """Per-unit times have three or four digits (0.774 s: 6e-4), run times are of other runs."""
@@ -134,6 +134,16 @@ def test_clocks(monkeypatch):
     assert sample(lambda: None, 1) == Sample((0.25,), (4.0,))
 
 
+@pytest.mark.parametrize("seconds, rounds", [(2.0, 2), (0.5, 3), (2**-6, 6), (1e-6, 50)])
+def test_rounds_of_single_calls(monkeypatch, seconds, rounds):
+    """Long calls have ``long_rounds``, others ``rounds``, short ones more."""
+    clock = iter(np.arange(1e3) * seconds)
+    stepper = Stepper(load_case("l-plate").model(30), 1e-4, "skyline")
+    monkeypatch.setattr(measure.time, "process_time", lambda: next(clock))
+    calls = measure.time_calls(stepper, TINY)
+    assert [len(call.cpu) for call in vars(calls).values()] == [rounds] * 3
+
+
 def test_table_row_from_single_calls(monkeypatch):
     """A dense solver that may not take whole steps: its row is that of single calls, and is marked,
     with the spread of their rounds."""
@@ -141,7 +151,7 @@ def test_table_row_from_single_calls(monkeypatch):
         return Sample(rounds, rounds)
     calls = Calls(seconds(0.1, 0.1, 0.1), seconds(2.0, 2.1, 1.9), seconds(0.01, 0.01, 0.01))
     timed = []
-    monkeypatch.setattr("timing.tables.time_calls", lambda stepper, rounds: timed.append(
+    monkeypatch.setattr("timing.tables.time_calls", lambda stepper, effort: timed.append(
         len(stepper.system.model.quads)) or calls)
     bench, model = Bench(TINY), load_case("l-plate").model(30)
     skyline = {"unknowns": 240, "iterations_per_step": 3.0, "rest": 0.5, "calls": calls}

@@ -1,0 +1,106 @@
+"""Compilation of the kernels before they are needed, once for all processes of a user.
+
+It takes more than a minute, half of it for the kernel that assembles, which a second process
+compiles beside the others where there is a core for it.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from filelock import FileLock
+from numpy import zeros
+
+from .kernels import assembly
+from .loads import NodalLoad, TimeFunction
+from .model import Model
+from .provenance import usable_cores
+from .scheme import make_scheme
+from .simulation import Settings, simulate
+from .system import System
+
+DT = 0.01
+ASSEMBLY = "assembly.step_system-*"
+"""Files of that kernel: its index and what the index names."""
+
+
+def warm_up():
+    """Compile (or load from the cache) every kernel a run needs; returns the seconds it took.
+
+    Processes that come meanwhile wait for it instead of compiling the same.
+    """
+    clock = time.perf_counter()
+    folder = _folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    with _one_at_a_time(folder):
+        if usable_cores() > 1 and not list(folder.glob(ASSEMBLY)):
+            with _assembly_beside(folder):
+                system = System(_plate())
+                system.switch(system.placed_state(), DT)
+        for solver in ("auto", "skyline", "dense"):
+            # three steps without a checkpoint: the second and third carry the matrix of the first
+            simulate(_plate(), Settings(dt=DT, end_time=3 * DT, solver=solver, frame_every=3))
+    return time.perf_counter() - clock
+
+
+def compile_assembly():
+    """Compile the kernel that assembles; prints where its files are."""
+    system = System(_plate())
+    system.assemble(system.blank_state(), make_scheme().midpoint(DT), False,
+                    zeros(system.numbering.n_dof), system.loads_at(0.0))
+    print(_folder())
+
+
+@contextmanager
+def _one_at_a_time(folder):
+    """Wait until no other process is here; where files cannot be locked, do not wait."""
+    lock = FileLock(folder / "compiling.lock")
+    try:
+        lock.acquire()
+    except (NotImplementedError, OSError):
+        pass
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+@contextmanager
+def _assembly_beside(folder):
+    """Compile the kernel that assembles in a process beside; its files end in ``folder``.
+
+    It has a cache of its own, for numba's is not safe for two that write.  If it fails, whoever
+    needs the kernel compiles it.
+    """
+    with TemporaryDirectory(dir=folder) as own:
+        process = subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import compile_assembly; compile_assembly()"],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            env={**os.environ, "NUMBA_CACHE_DIR": own})
+        try:
+            yield
+            output = process.communicate()[0]
+        finally:
+            process.kill()
+            process.wait()
+        if process.returncode == 0:
+            # the index, .nbi, comes last: it must name nothing that is not there
+            for path in sorted(Path(output.strip()).glob(ASSEMBLY)):
+                path.replace(folder / path.name)
+
+
+def _folder():
+    """Where numba keeps compiled kernels."""
+    return Path(assembly.step_system.stats.cache_path)
+
+
+def _plate():
+    """The smallest model: one element, under a pulse."""
+    nodes = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
+    pulse = TimeFunction((0.0, 1.0), (1.0, 0.0))
+    return Model(nodes, [(0, 1, 2, 3)], thickness=0.1, youngs=1.0, poisson=0.0, density=1.0,
+                 loads=[NodalLoad(0, (0.0, 0.0, 1e-3), pulse)])

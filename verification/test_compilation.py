@@ -1,0 +1,83 @@
+"""Kernels are compiled once, by two processes, and whatever becomes of the second one."""
+
+import multiprocessing
+import subprocess
+import sys
+from pathlib import Path
+
+from solver import compilation, warm_up
+
+
+def test_the_second_process_compiles_the_kernel_that_assembles():
+    """Its command ends well and tells a folder with the kernel's index and code."""
+    warm_up()
+    run = subprocess.run([sys.executable, "-c", "from solver.compilation import compile_assembly; "
+                          "compile_assembly()"], capture_output=True, text=True, check=True)
+    endings = {path.suffix for path in Path(run.stdout.strip()).glob(compilation.ASSEMBLY)}
+    assert endings == {".nbi", ".nbc"}
+
+
+def test_its_files_are_moved(tmp_path, monkeypatch):
+    """What it compiled is in the common folder afterwards, its own cache is gone."""
+    commands = []
+
+    class Process(subprocess.Popen):
+        def __init__(self, command, env, **options):
+            commands.append(command)
+            own = Path(env["NUMBA_CACHE_DIR"], "kernels")
+            own.mkdir()
+            for name in ("assembly.step_system-1.nbi", "assembly.step_system-1.1.nbc", "other.nbi"):
+                (own / name).write_text(name)
+            super().__init__([sys.executable, "-c", f"print({str(own)!r})"], env=env, **options)
+
+    monkeypatch.setattr(subprocess, "Popen", Process)
+    with compilation._assembly_beside(tmp_path):
+        pass
+    assert "compile_assembly" in commands[0][-1]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "assembly.step_system-1.1.nbc", "assembly.step_system-1.nbi"]
+
+
+def test_a_second_process_that_fails_loses_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "false")
+    with compilation._assembly_beside(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_compiled_kernels_need_no_second_process(monkeypatch):
+    warm_up()
+    monkeypatch.setattr(compilation, "_assembly_beside", None)
+    warm_up()
+
+
+def test_one_process_compiles_at_a_time(tmp_path):
+    """A second one waits until the first has left."""
+    context = multiprocessing.get_context("spawn")
+    here, leave = context.Event(), context.Event()
+    first = context.Process(target=_stay, args=(tmp_path, here, leave))
+    first.start()
+    assert here.wait(60.0)
+    second = context.Process(target=_stay, args=(tmp_path, second_here := context.Event(), leave))
+    second.start()
+    assert not second_here.wait(3.0)
+    leave.set()
+    assert second_here.wait(60.0)
+    first.join()
+    second.join()
+
+
+def _stay(folder, here, leave):
+    with compilation._one_at_a_time(folder):
+        here.set()
+        leave.wait(60.0)
+
+
+def test_folders_without_locks(tmp_path, monkeypatch):
+    """Where files cannot be locked, nobody waits."""
+    def unsupported(*_):
+        raise NotImplementedError("no flock here")
+
+    monkeypatch.setattr(compilation.FileLock, "acquire", unsupported)
+    with compilation._one_at_a_time(tmp_path):
+        assert not (tmp_path / "compiling.lock").exists()
