@@ -39,12 +39,21 @@ def warm_up():
     with _one_at_a_time(folder):
         if usable_cores() > 1 and not list(folder.glob(ASSEMBLY)):
             with _assembly_beside(folder):
-                system = System(_plate())
-                system.switch(system.placed_state(), DT)
+                _compile_others()
         for solver in ("auto", "skyline", "dense"):
             # three steps without a checkpoint: the second and third carry the matrix of the first
             simulate(_plate(), Settings(dt=DT, end_time=3 * DT, solver=solver, frame_every=3))
     return time.perf_counter() - clock
+
+
+def _compile_others():
+    """Compile most of what does not assemble."""
+    system = System(_plate())
+    state, correction = system.placed_state(), zeros(system.numbering.n_dof)
+    system.switch(state, DT)
+    system.predict_strains(state, correction)
+    system.turn(state, correction)
+    system.largest_turn(correction)
 
 
 def compile_assembly():
