@@ -5,6 +5,7 @@ compiles beside the others where there is a core for it.
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -24,8 +25,12 @@ from .simulation import Settings, simulate
 from .system import System
 
 DT = 0.01
+
 ASSEMBLY = "assembly.step_system-*"
 """Files of that kernel: its index and what the index names."""
+
+BESIDE = "beside-"
+"""How the folder of the second process begins."""
 
 
 def warm_up():
@@ -85,17 +90,19 @@ def _assembly_beside(folder):
     It has a cache of its own, for numba's is not safe for two that write.  If it fails, whoever
     needs the kernel compiles it.
     """
-    with TemporaryDirectory(dir=folder) as own:
-        process = subprocess.Popen(
-            [sys.executable, "-c", f"from {__name__} import compile_assembly; compile_assembly()"],
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-            env={**os.environ, "NUMBA_CACHE_DIR": own})
-        try:
-            yield
-            output = process.communicate()[0]
-        finally:
-            process.kill()
-            process.wait()
+    for left in folder.glob(f"{BESIDE}*"):  # of processes that were killed
+        shutil.rmtree(left, ignore_errors=True)
+    with TemporaryDirectory(prefix=BESIDE, dir=folder) as own:
+        with subprocess.Popen(
+                [sys.executable, "-c",
+                 f"from {__name__} import compile_assembly; compile_assembly()"],
+                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                env={**os.environ, "NUMBA_CACHE_DIR": own}) as process:
+            try:
+                yield
+                output = process.communicate()[0]
+            finally:
+                process.kill()
         if process.returncode == 0:
             # the index, .nbi, comes last: it must name nothing that is not there
             for path in sorted(Path(output.strip()).glob(ASSEMBLY)):

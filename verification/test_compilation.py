@@ -20,6 +20,7 @@ def test_the_second_process_compiles_the_kernel_that_assembles():
 def test_its_files_are_moved(tmp_path, monkeypatch):
     """What it compiled is in the common folder afterwards, its own cache is gone."""
     commands = []
+    (tmp_path / "beside-of-a-killed-one").mkdir()
 
     class Process(subprocess.Popen):
         def __init__(self, command, env, **options):
