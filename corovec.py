@@ -17,9 +17,7 @@ def main():
     so that until they are there it ends the process at once.  Later it is an exception, which only
     the compiler's callbacks lose.
     """
-    parent = os.environ.pop(PARENT, "")
-    if parent:
-        threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
+    end_with_parent()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)
     sys.unraisablehook = _lost
@@ -27,6 +25,13 @@ def main():
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     main()
+
+
+def end_with_parent():
+    """If there is a process without which this one ends, end with it."""
+    parent = os.environ.pop(PARENT, "")
+    if parent:
+        threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
 
 
 def _end_with(parent):

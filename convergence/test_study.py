@@ -5,13 +5,14 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from convergence import store, study, tables
+from convergence import store, study, tables, verdicts
 from convergence.cli import converge
 from convergence.report import show
 from convergence.run import Run
@@ -162,6 +163,18 @@ def test_printed_columns_beside_ours():
     for name in ("30 elements: energy after unloading [J]", "slope, finest mesh as reference",
                  "order, successive differences"):
         assert verdicts[name] == "deviates (explained)"
+
+
+@pytest.mark.parametrize("share, verdict", [(0.5, "deviates (explained)"),
+                                            (0.005, "within tolerance")])
+def test_agreement_beyond_the_time_step_is_chance(share, verdict):
+    """1283.52 J agrees with the printed 1283.5 J to 2e-5, but only if halving the time step changes
+    less: a part of the mesh error of 7.7 J."""
+    mesh = pd.DataFrame([{"elements": 4096, "printed": "1283.5", "energy": 1283.52, "error": 0.0,
+                          "error_of_printed": 0.0, "time_step_share": share, "mesh_error": 7.7}])
+    shell = SimpleNamespace(case="hemisphere", definition=load_case("hemisphere"))
+    (row,) = verdicts._printed_energies(shell, mesh)
+    assert row.verdict == verdict
 
 
 def labels(text):

@@ -128,13 +128,13 @@ def reproduce(names, size, jobs, output, list_only, page_only):
     if list_only and page_only:
         raise InputError("--list runs nothing and makes no page: leave out --page-only")
     chosen = select(parts(size, Path(output).resolve() / size), names)
-    folder = writable_folder(Path(output) / size)
+    folder = Path(output) / size
     if list_only:
         stamps = Stamps(folder / "parts")
         for part in parts(size, folder):
             click.echo(f"{part.name:<24} {status(part, stamps):<26} {part.shown()}")
         return
-    failed = 0
+    folder, failed = writable_folder(folder), 0
     if not page_only:
         from tqdm import tqdm
         with tqdm(unit="part", disable=None, file=sys.stderr, leave=False, mininterval=0.0) as bar:

@@ -28,6 +28,10 @@ SIZE, DOTS = (8.0, 4.5), 100
 FASTEST_GIF = 50.0
 """Frames a second beyond which browsers slow a GIF down."""
 
+SLOWEST_GIF = 0.002
+"""Frames a second below which a GIF cannot tell how long a frame stays (65535 hundredths of a
+second at most)."""
+
 
 @styled
 def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, follow=False,
@@ -54,8 +58,8 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
     kind = _kind(path)
     path = writable_path(path, overwrite)
     fps, scale = positive("fps", fps), number("scale", scale)
-    if kind == ".gif" and fps > FASTEST_GIF:
-        raise InputError(f"fps must be {FASTEST_GIF:g} at most in a GIF, is {fps:g}")
+    if kind == ".gif" and not SLOWEST_GIF <= fps <= FASTEST_GIF:
+        raise InputError(f"fps must lie in [{SLOWEST_GIF:g}, {FASTEST_GIF:g}] in a GIF, is {fps:g}")
     shown = np.arange(len(recording.times))
     if frames is not None:
         if integer("frames", frames) < 2:

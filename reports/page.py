@@ -16,8 +16,9 @@ from convergence.claims import claims, mesh_claims
 from convergence.study import printed_results
 from convergence.verdicts import assumptions
 from solver.cases import load_case
-from solver.execution import processes
+from solver.execution import complete, processes
 from solver.provenance import commit, machine, usable_cores, versions
+from solver.recorder import replacing
 from timing.tables import TABLES
 from timing.verdicts import verdicts as timing_verdicts
 from verification.registry import CASES as VERIFICATION
@@ -26,6 +27,7 @@ from . import figures, tables
 from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of
 from .parts import Lack, Results, plan, status, suite_names
 from .player import packed_text, player
+from .style import targets
 from .tables import Cell, worst
 
 FINDINGS = Path(__file__).with_name("findings.toml")
@@ -67,12 +69,7 @@ def build(size, folder, jobs=1):
     page = folder / "page"
     (page / "figures").mkdir(parents=True, exist_ok=True)
     results = Results(size, folder)
-    case = partial(_case, size=size, folder=folder)
-    if jobs == 1:
-        cases = [case(name) for name in CASES]
-    else:
-        with processes(jobs).start() as executor:
-            cases = list(executor.map(case, CASES))
+    cases = _cases(partial(_case, size=size, folder=folder), jobs)
     suites = [_suite(suite, results) for suite in suite_names()]
     environment = Environment(loader=PackageLoader("reports"), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -87,8 +84,21 @@ def build(size, folder, jobs=1):
         players={name: json.dumps(data) for name, data in players.items()},
         plotly=_plotly() if players else "")
     path = page / "index.html"
-    path.write_text(html, encoding="utf-8")
+    with replacing(path) as draft:
+        draft.write_text(html, encoding="utf-8")
     return path
+
+
+def _cases(case, jobs):
+    """``case(name)`` of all cases."""
+    if jobs == 1:
+        return [case(name) for name in CASES]
+    made = {}
+    for name, shown, error in complete(processes(jobs), case, CASES):
+        if error is not None:
+            raise error
+        made[name] = shown
+    return [made[name] for name in CASES]
 
 
 def _case(name, size, folder):
@@ -161,6 +171,10 @@ def _claims(case, recordings, no_runs, study, no_study):
 
 def _figure(label, sources, claimed, folder):
     """A figure of the paper: its drawings, what it claims with verdicts, and what is lost of it."""
+    for drawing in DRAWINGS[sources.case.name]:
+        if drawing.figure == label and not available(drawing, sources):
+            for path in targets(folder, drawing.name):
+                path.unlink(missing_ok=True)
     own = [claim for figure, claim in claimed.items() if figure.rstrip("ab") == label]
     drawn = [SimpleNamespace(
         name=drawing.name, title=drawing.title,

@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import NoneType
 from typing import NamedTuple
 
 import convergence
@@ -15,6 +16,7 @@ import verification
 from convergence.run import code_version
 from solver import InputError, ResultFileError
 from solver.cases import case_names
+from solver.recorder import replacing
 from timing.report import NAMES as TIMINGS
 from verification.registry import CASES
 
@@ -144,16 +146,17 @@ class Stamps:
         """The stamp of a part; None if it never began, or if that is no stamp."""
         try:
             stamp = json.loads(self._path(part).read_text(encoding="utf-8"))
-        except (FileNotFoundError, ValueError):
+        except (OSError, ValueError):
             return None
-        whole = isinstance(stamp, dict) and {"command", "code", "status"} <= set(stamp)
-        return stamp if whole else None
+        whole = isinstance(stamp, dict) and {"command", "code", "status", "seconds"} <= set(stamp)
+        return stamp if whole and isinstance(stamp["seconds"], (int, float, NoneType)) else None
 
     def write(self, part, status, seconds=None, message=""):
         stamp = {"part": part.name, "command": self._command(part), "code": part.code,
                  "status": status, "seconds": seconds, "message": message,
                  "sha256": _digest(part.result) if status == "finished" else None}
-        self._path(part).write_text(json.dumps(stamp, indent=1), encoding="utf-8")
+        with replacing(self._path(part)) as partial:
+            partial.write_text(json.dumps(stamp, indent=1), encoding="utf-8")
 
     def log(self, part):
         """The file of what a part printed."""

@@ -5,14 +5,13 @@ from dataclasses import dataclass, field
 from solver.cases import case_names, load_case
 from timing.printed import cells
 from timing.tables import BASES, TABLES
-from timing.verdicts import UNKNOWN
 from timing.verdicts import verdicts as timing_verdicts
 
 VERDICTS = {
     "failed": "ended with an error",
     "deviates (open)": "differs, and nobody knows why",
     "not run": "belongs to this size, but was not yet run, or not since its sources changed",
-    "deviates (explained)": "differs, with the reason given, within the bound that the reason has",
+    "deviates (explained)": "differs, with the reason given, by no more than the bound beside it",
     "not reproducible": "the paper's data is lost and cannot be made again",
     "calibrated": "a parameter was fitted to this very number: agreement proves nothing",
     "within tolerance": "differs by less than a tolerance that carries its reason",
@@ -158,23 +157,28 @@ def times(name, timing):
 def ratios(name, timing):
     """The ratio dense/skyline beside the paper's, and its two factors."""
     rows = timing["tables"][f"{name}-ratios"]
-    verdict = {row.name.split()[0]: row.verdict for row in timing_verdicts(rows)}
+    verdict = {row.name.split()[0]: row for row in timing_verdicts(rows)}
     return Table(
         "Ratios, which machines share better than seconds",
-        ("elements", "unknowns", "dense/skyline, paper", "as printed", "ours", "basis",
-         "by operations", "LAPACK LU/skyline", "basis", "sparsity", "symmetry", "profile",
-         "verdict"),
-        [[str(row["elements"]), number(row.get("unknowns"), 6), number(row["paper"], 3),
-          number(row["paper_as_printed"], 3), number(row.get("dense_skyline"), 3),
-          row.get("dense_basis", "–"), number(row.get("operations"), 3),
-          number(row.get("lapack_skyline"), 3), row.get("lapack_basis", "–"),
-          number(row.get("sparsity"), 3), number(row.get("symmetry"), 3),
-          number(row.get("profile"), 3),
-          Cell("", verdict.get(str(row["elements"]), "left out"))] for row in rows],
-        [f"Explained: {UNKNOWN}.",
+        ("elements", "unknowns", "verdict", "dense/skyline, paper", "ours", "basis",
+         "by operations", "LAPACK LU/skyline", "basis", "sparsity", "symmetry", "profile"),
+        [[str(row["elements"]), number(row.get("unknowns"), 6),
+          Cell("", getattr(verdict.get(str(row["elements"])), "verdict", "left out")),
+          _as_printed(row), number(row.get("dense_skyline"), 3), row.get("dense_basis", "–"),
+          number(row.get("operations"), 3), number(row.get("lapack_skyline"), 3),
+          row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
+          number(row.get("symmetry"), 3), number(row.get("profile"), 3)] for row in rows],
+        [*(f"Explained: {text}." for text in dict.fromkeys(
+            row.explanation for row in verdict.values())),
          "Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
          "symmetry: LAPACK's banded LU against its banded Cholesky; profile: that against our "
          "skyline; all three of one factorization and solution alone."])
+
+
+def _as_printed(row):
+    """The paper's ratio as read, and as printed where that differs."""
+    read, printed = number(row["paper"], 3), number(row["paper_as_printed"], 3)
+    return read if read == printed else f"{read} (printed: {printed})"
 
 
 def targets(timing):
@@ -246,23 +250,30 @@ def verdict_rows(name, rows):
                         "reason"),
                  [[row["name"], number(row["value"], 5),
                    ("≥ " if row.get("above") else "") + number(row["reference"], 5), row["kind"],
-                   difference(row), number(row["tolerance"], 2), Cell("", row["verdict"]),
+                   difference(row), amount(row, row["tolerance"]), Cell("", row["verdict"]),
                    reason(row)] for row in rows])
 
 
 def reason(row):
     """Why a row may differ as it does."""
     if row["verdict"] == "deviates (explained)":
-        return f"{row['explanation']} (explains up to {100.0 * row['covers']:.3g} %)"
+        return f"{row['explanation']} (explains up to {amount(row, row['covers'])})"
     return row["reason"]
 
 
 def difference(row):
-    """Difference of a row, relative to what it is relative to."""
-    if row.get("above"):
-        return "–"
-    value = row["difference"]
-    return percent(value, sign=True) if 1e-4 <= abs(value) < 10.0 else number(value, 2)
+    """Difference of a row; see :func:`amount`."""
+    return "–" if row.get("above") else amount(row, row["difference"], sign=True)
+
+
+def amount(row, value, sign=False):
+    """A difference in the unit of a row's scale: a percentage of the reference, or of the scale,
+    which is named then; a plain number where the scale is 1."""
+    scale = row.get("scale")
+    if scale == 1.0 or scale is None and row["reference"] == 0.0:
+        return ("+" if sign and value > 0.0 else "") + number(value, 2)
+    text = percent(value, sign=sign) if 1e-4 <= abs(value) < 10.0 else number(value, 2)
+    return text if scale is None else f"{text} of {number(scale, 3)}"
 
 
 def case_titles():
@@ -298,7 +309,8 @@ def percent(value, digits=3, sign=False):
     """A fraction as a percentage; ``–`` for none."""
     if value is None or value != value:
         return "–"
-    return f"{value:{'+' if sign else ''}.{digits}%}"
+    text = f"{value:{'+' if sign else ''}.{digits}%}"
+    return text if float(text[:-1]) else text.lstrip("+-")
 
 
 def duration(seconds, extrapolated=False):

@@ -20,7 +20,7 @@ import solver
 import timing as timing_package
 import verification
 from convergence.run import code_version
-from reports import page, parts, reproduce
+from reports import page, parts, reproduce, tables
 from reports.cli import reproduce as command
 from reports.parts import Part, Results, Stamps
 from reports.player import STEPS, player
@@ -30,7 +30,7 @@ from solver.cases import load_case
 from timing.printed import cells
 from timing.solvers import METHODS
 from timing.tables import ratios
-from verification.case import small
+from verification.case import Row, small
 from verification.registry import Outcome, find, make_report
 
 SIZE = "quick"
@@ -235,6 +235,53 @@ def test_printed_numbers_errata_and_provenance_are_shown(html):
     for text in ("71.373", "13,460 s†", "13,460 s read as 13.460 s", "10,436.720 s", "2,005,032 s*",
                  'class="badge assumed"', 'class="badge calibrated"', "disk &lt;full&gt;"):
         assert text in html, text
+
+
+@pytest.mark.parametrize("row, shown, tolerance", [
+    ({"value": 1.1, "reference": 1.0, "scale": None}, "+10.000%", "1.000%"),
+    ({"value": 5.0, "reference": 3.0, "scale": 1.0}, "+2", "0.010"),
+    ({"value": 2e-6, "reference": 0.0, "scale": None}, "+2e-6", "0.010"),
+    ({"value": 1.0, "reference": 3.0, "scale": 5.0}, "-40.000% of 5", "1.000% of 5")])
+def test_differences_say_what_they_are_relative_to(row, shown, tolerance):
+    """To the reference, to a scale that is named, or to nothing."""
+    row = Row("a", kind="published", tolerance=0.01, reason="", **row).as_dict()
+    assert tables.difference(row) == shown
+    assert tables.amount(row, row["tolerance"]) == tolerance
+
+
+@pytest.mark.parametrize("damage", ['{"seconds": "many"}', '{"seconds": 1.0}', "[]", "no"])
+def test_a_stamp_that_is_none_counts_as_not_run(tmp_path, damage):
+    part = finish(tmp_path, "verify-patch", suite("patch"))
+    stamps = Stamps(tmp_path / "parts")
+    whole = stamps.read(part)
+    text = damage if damage[0] != "{" else json.dumps(
+        {**json.loads(damage), **{k: v for k, v in whole.items() if k not in (
+            "seconds", "status")}})
+    (tmp_path / "parts" / "verify-patch.json").write_text(text)
+    assert stamps.read(part) is None
+
+
+def test_pictures_of_lost_results_do_not_stay(tmp_path):
+    """Those of an earlier page, of parts that are not finished any more."""
+    figures = tmp_path / "page" / "figures"
+    figures.mkdir(parents=True)
+    for name in ("figure-04.svg", "figure-04.csv"):
+        (figures / name).write_text("old")
+    page.build(SIZE, tmp_path)
+    assert not list(figures.glob("figure-04*")) and (figures / "figure-02.svg").exists()
+
+
+def test_cases_are_drawn_in_processes(tmp_path):
+    """The same page as by one process, but for its date."""
+    shown = [re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d", "", page.build(
+        SIZE, tmp_path, jobs).read_text(encoding="utf-8")) for jobs in (1, 2)]
+    assert shown[0] == shown[1]
+
+
+def test_list_writes_nothing(tmp_path):
+    result = CliRunner().invoke(command, ["--list", "--output", str(tmp_path / "new")])
+    assert result.exit_code == 0 and "converge-plates" in result.output
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_page_without_results_is_whole(tmp_path):

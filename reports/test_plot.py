@@ -173,7 +173,8 @@ def test_an_mp4_without_ffmpeg(runs, tmp_path, monkeypatch):
 @pytest.mark.parametrize("name, options, message", [
     ("a.avi", (), "a.avi: the ending of a film must be one of: .gif, .mp4, .html"),
     ("a.gif", ("--fps", 0), "fps must be positive"),
-    ("a.gif", ("--fps", 60), "fps must be 50 at most in a GIF, is 60"),
+    ("a.gif", ("--fps", 60), "fps must lie in [0.002, 50] in a GIF, is 60"),
+    ("a.gif", ("--fps", 1e-3), "fps must lie in [0.002, 50] in a GIF, is 0.001"),
     ("a.gif", ("--frames", 1), "frames must be 2 at least, is 1"),
     ("a.gif", ("--view", "nan", 0), "view must be finite"),
     ("none/a.gif", (), "no folder"),

@@ -13,8 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from filelock import FileLock
+from filelock import FileLock, Timeout
 from numpy import zeros
+
+from corovec import PARENT
 
 from .kernels import assembly
 from .loads import NodalLoad, TimeFunction
@@ -29,6 +31,9 @@ DT = 0.01
 ASSEMBLY = "assembly.step_system-*"
 """Files of that kernel: its index and what the index names."""
 
+PATIENCE = 2.0
+"""Seconds of waiting that nobody is told of: others only load the kernels."""
+
 BESIDE = "beside-"
 """How the folder of the second process begins."""
 
@@ -42,7 +47,10 @@ def warm_up():
     folder = _folder()
     folder.mkdir(parents=True, exist_ok=True)
     with _one_at_a_time(folder):
-        if usable_cores() > 1 and not list(folder.glob(ASSEMBLY)):
+        new = not list(folder.glob(ASSEMBLY))
+        if new:
+            _tell("compiling the kernels, about a minute, once")
+        if new and usable_cores() > 1:
             with _assembly_beside(folder):
                 _compile_others()
         for solver in ("auto", "skyline", "dense"):
@@ -74,7 +82,11 @@ def _one_at_a_time(folder):
     """Wait until no other process is here; where files cannot be locked, do not wait."""
     lock = FileLock(folder / "compiling.lock")
     try:
-        lock.acquire()
+        try:
+            lock.acquire(timeout=PATIENCE)
+        except Timeout:
+            _tell("waiting for another process, which compiles the kernels")
+            lock.acquire()
     except (NotImplementedError, OSError):
         pass
     try:
@@ -95,9 +107,10 @@ def _assembly_beside(folder):
     with TemporaryDirectory(prefix=BESIDE, dir=folder) as own:
         with subprocess.Popen(
                 [sys.executable, "-c",
+                 "from corovec import end_with_parent; end_with_parent(); "
                  f"from {__name__} import compile_assembly; compile_assembly()"],
                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                env={**os.environ, "NUMBA_CACHE_DIR": own}) as process:
+                env={**os.environ, "NUMBA_CACHE_DIR": own, PARENT: str(os.getpid())}) as process:
             try:
                 yield
                 output = process.communicate()[0]
@@ -107,6 +120,10 @@ def _assembly_beside(folder):
             # the index, .nbi, comes last: it must name nothing that is not there
             for path in sorted(Path(output.strip()).glob(ASSEMBLY)):
                 path.replace(folder / path.name)
+
+
+def _tell(text):
+    print(f"corovec: {text}", file=sys.stderr)
 
 
 def _folder():

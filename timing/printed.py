@@ -54,6 +54,13 @@ def cells(with_errata=True):
                  for k in range(len(table["elements"])) for method in METHODS)
 
 
+def doubts():
+    """``{table: doubt}``: columns that other tables contradict, by which factor, and why; they are
+    not corrected, for their totals agree with them."""
+    with open(PRINTED, "rb") as file:
+        return {doubt["table"]: doubt for doubt in tomllib.load(file)["doubts"]}
+
+
 def errata():
     """The corrections: table, printed, read, arithmetic, and the cell if not the whole table."""
     with open(PRINTED, "rb") as file:

@@ -8,6 +8,7 @@ import numpy as np
 KINDS = {
     "analytic": "closed form or an identity that holds exactly",
     "published": "number printed in a publication, seen in the source named",
+    "statement": "what the paper says in words, here of our own numbers",
     "recalled": "number of a publication as quoted elsewhere or remembered; the page was not seen",
     "other code": "number of another program",
     "converged": "our own result on a fine mesh or with small steps",

@@ -1,6 +1,7 @@
 """Kernels are compiled once, by two processes, and whatever becomes of the second one."""
 
 import multiprocessing
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,19 @@ def test_a_second_process_that_fails_loses_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_second_process_ends_with_the_first(tmp_path):
+    """Killed while both compile, and interrupted: the second one is gone as well."""
+    code = ("import os, signal; from pathlib import Path; from solver import compilation\n"
+            f"with compilation._assembly_beside(Path({str(tmp_path)!r})):\n"
+            "    os.kill(os.getpid(), signal.SIGKILL)")
+    # its output ends when the last process that writes to it has ended
+    ended = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=20.0)
+    assert ended.returncode == -signal.SIGKILL
+    left = [path for path in tmp_path.iterdir() if path.name.startswith(compilation.BESIDE)]
+    with compilation._assembly_beside(tmp_path):
+        assert not any(path.exists() for path in left)
+
+
 def test_compiled_kernels_need_no_second_process(monkeypatch):
     warm_up()
     monkeypatch.setattr(compilation, "_assembly_beside", None)
@@ -76,7 +90,7 @@ def _stay(folder, here, leave):
 
 def test_folders_without_locks(tmp_path, monkeypatch):
     """Where files cannot be locked, nobody waits."""
-    def unsupported(*_):
+    def unsupported(*_, **options):
         raise NotImplementedError("no flock here")
 
     monkeypatch.setattr(compilation.FileLock, "acquire", unsupported)
