@@ -84,13 +84,13 @@ def _printed_energies(study, mesh):
         if row.printed:
             digit = last_digit(row.printed) / float(row.printed)
             halving = row.time_step_share * row.mesh_error / row.energy
-            by_chance = halving > digit
-            reason = ("none: half of the last printed digit is less than what halving the time "
-                      "step changes" if by_chance else "half of the last printed digit")
-            explanation = why if not by_chance else "; ".join(filter(None, (
-                why, f"halving the time step changes it by up to {halving:.1e} of itself")))
+            tolerance, reason, explanation = digit, "half of the last printed digit", why
+            if halving > digit:
+                tolerance, reason = 0.0, f"none: {reason} is less than halving the step changes"
+                explanation = "; ".join(filter(None, (
+                    why, f"halving the time step changes it by up to {halving:.1e} of itself")))
             yield Row(f"{row.elements} elements: energy after unloading [J]", row.energy,
-                      float(row.printed), "published", 0.0 if by_chance else digit, reason,
+                      float(row.printed), "published", tolerance, reason,
                       explanation=explanation, covers=ASSUMED,
                       fitted=fitted_to(study.case, row.elements))
             if row.elements != finest:

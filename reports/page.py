@@ -171,14 +171,10 @@ def _claims(case, recordings, no_runs, study, no_study):
 
 def _figure(label, sources, claimed, folder):
     """A figure of the paper: its drawings, what it claims with verdicts, and what is lost of it."""
-    for drawing in DRAWINGS[sources.case.name]:
-        if drawing.figure == label and not available(drawing, sources):
-            for path in targets(folder, drawing.name):
-                path.unlink(missing_ok=True)
     own = [claim for figure, claim in claimed.items() if figure.rstrip("ab") == label]
     drawn = [SimpleNamespace(
         name=drawing.name, title=drawing.title,
-        picture=_picture(drawing, sources, folder) if available(drawing, sources) else None)
+        picture=_picture(drawing, sources, folder))
         for drawing in DRAWINGS[sources.case.name] if drawing.figure == label]
     return SimpleNamespace(
         label=label, id=_anchor(label), cells=[claim.cell for claim in own], drawings=drawn,
@@ -187,7 +183,12 @@ def _figure(label, sources, claimed, folder):
 
 
 def _picture(drawing, sources, folder):
-    """A drawing, written beside the page and ready to be embedded."""
+    """A drawing, written beside the page and ready to be embedded; None without its results, and
+    then that of an earlier page is removed."""
+    if not available(drawing, sources):
+        for path in targets(folder, drawing.name):
+            path.unlink(missing_ok=True)
+        return None
     figure, data = drawing.draw(sources)
     svg, png, csv = figures.save(figure, data, folder, drawing.name, overwrite=True)
     shown = png if drawing.dense or svg.stat().st_size > LARGEST_SVG else svg

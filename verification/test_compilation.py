@@ -1,6 +1,6 @@
 """Kernels are compiled once, by two processes, and whatever becomes of the second one."""
 
-import multiprocessing
+import select
 import signal
 import subprocess
 import sys
@@ -67,25 +67,25 @@ def test_compiled_kernels_need_no_second_process(monkeypatch):
 
 
 def test_one_process_compiles_at_a_time(tmp_path):
-    """A second one waits until the first has left."""
-    context = multiprocessing.get_context("spawn")
-    here, leave = context.Event(), context.Event()
-    first = context.Process(target=_stay, args=(tmp_path, here, leave))
-    first.start()
-    assert here.wait(60.0)
-    second = context.Process(target=_stay, args=(tmp_path, second_here := context.Event(), leave))
-    second.start()
-    assert not second_here.wait(3.0)
-    leave.set()
-    assert second_here.wait(60.0)
-    first.join()
-    second.join()
+    """A second one waits, and says so, until the first has left."""
+    code = ("from pathlib import Path; from solver import compilation\n"
+            f"with compilation._one_at_a_time(Path({str(tmp_path)!r})):\n"
+            "    print('here', flush=True)\n"
+            "    input()")
 
+    def begin():
+        return subprocess.Popen([sys.executable, "-c", code], text=True, stdin=subprocess.PIPE,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
-def _stay(folder, here, leave):
-    with compilation._one_at_a_time(folder):
-        here.set()
-        leave.wait(60.0)
+    with begin() as first:
+        assert first.stdout.readline() == "here\n"
+        with begin() as second:
+            spoken = select.select([second.stdout, second.stderr], [], [], 60.0)[0]
+            assert spoken == [second.stderr]
+            assert "waiting for another process" in second.stderr.readline()
+            first.communicate("leave\n", timeout=60.0)
+            assert second.communicate("leave\n", timeout=60.0)[0] == "here\n"
+    assert first.returncode == second.returncode == 0
 
 
 def test_folders_without_locks(tmp_path, monkeypatch):
