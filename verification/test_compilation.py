@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from solver import compilation, warm_up
 
 
@@ -49,15 +51,19 @@ def test_a_second_process_that_fails_loses_nothing(tmp_path, monkeypatch):
 
 def test_a_second_process_ends_with_the_first(tmp_path):
     """Killed while both compile, and interrupted: the second one is gone as well."""
-    code = ("import os, signal; from pathlib import Path; from solver import compilation\n"
+    code = ("import os, signal, subprocess; from pathlib import Path\n"
+            "from solver import compilation; popen = subprocess.Popen\n"
+            "subprocess.Popen = lambda *command, stderr, **options: popen(*command, **options)\n"
             f"with compilation._assembly_beside(Path({str(tmp_path)!r})):\n"
             "    os.kill(os.getpid(), signal.SIGKILL)")
-    # its output ends when the last process that writes to it has ended
+    # the pipe ends when the last process that can write to it has ended
     ended = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=20.0)
     assert ended.returncode == -signal.SIGKILL
     left = [path for path in tmp_path.iterdir() if path.name.startswith(compilation.BESIDE)]
-    with compilation._assembly_beside(tmp_path):
-        assert not any(path.exists() for path in left)
+    with pytest.raises(KeyboardInterrupt), compilation._assembly_beside(tmp_path):
+        assert left and not any(path.exists() for path in left)
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_compiled_kernels_need_no_second_process(monkeypatch):
