@@ -66,12 +66,6 @@ def assumptions(definition):
             if counts else "")
 
 
-def fitted_to(case, elements):
-    """Whether a case is calibrated to the energy printed for this mesh."""
-    calibration = read_calibrations().get(case)
-    return calibration is not None and calibration.elements == elements
-
-
 def last_digit(text):
     """Half a unit of the last digit of a printed number."""
     return 0.5 * 10.0 ** -len(text.rstrip("%").partition(".")[2])
@@ -80,6 +74,8 @@ def last_digit(text):
 def _printed_energies(study, mesh):
     """Energies and errors beside those printed for the same meshes."""
     why, finest = assumptions(study.definition), mesh["elements"].iloc[-1]
+    calibration = read_calibrations().get(study.case)
+    fitted_to = calibration.elements if calibration else None
     for row in mesh.itertuples():
         if row.printed:
             digit = last_digit(row.printed) / float(row.printed)
@@ -92,7 +88,7 @@ def _printed_energies(study, mesh):
             yield Row(f"{row.elements} elements: energy after unloading [J]", row.energy,
                       float(row.printed), "published", tolerance, reason,
                       explanation=explanation, covers=ASSUMED,
-                      fitted=fitted_to(study.case, row.elements))
+                      fitted=row.elements == fitted_to)
             if row.elements != finest:
                 yield Row(f"{row.elements} elements: error, {finest} as reference", row.error,
                           row.error_of_printed, "published", 2.0 * digit,
