@@ -1,6 +1,6 @@
 """Campaigns of runs, and the convergence studies of the paper's benchmarks made of them."""
 
-from solver.execution import dask_workers, processes
+from corovec.solver.runtime.execution import dask_workers, processes
 
 from .campaign import Campaign, Outcome, run_many
 from .run import Run

@@ -6,10 +6,10 @@ conservation and symmetry.
 
 import numpy as np
 
-from solver import InputError, Settings, simulate
-from solver.cases import Calibration, load_case
-from solver.checks import number
-from solver.simulation import unloaded_row
+from corovec import InputError, Settings, simulate
+from corovec.benchmarks import Calibration, load_case
+from corovec.solver.checks import number
+from corovec.solver.dynamics.simulation import unloaded_row
 
 from .study import printed_results
 
@@ -38,7 +38,7 @@ def calibrate(case, elements, *, dt=None, progress=None):
         progress: called as ``progress(factor, energy)`` after each run.
 
     Returns:
-        (factor, :class:`solver.cases.Calibration`); the peak is the factor times the case's own,
+        (factor, ``Calibration``); the peak is the factor times the case's own,
         or the factor itself where the case leaves no peak free.
 
     Raises:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from solver import InputError, ResultFileError, read, simulate, warm_up
-from solver.execution import complete, failure, processes
-from solver.recorder import writable_folder
+from corovec import InputError, ResultFileError, read, simulate, warm_up
+from corovec.solver.results.recorder import writable_folder
+from corovec.solver.runtime.execution import complete, failure, processes
 
 from .run import Run, as_run, code_version
 from .store import inspect, record, set_aside
@@ -26,7 +26,7 @@ class Outcome:
     """What became of a run.
 
     Attributes:
-        run: the :class:`Run`; path: its result file.
+        run: the ``Run``; path: its result file.
         status: ``finished`` now, ``cached`` from an earlier campaign, or ``failed``.
         error: why it failed.
         seconds: of the process that finished it; begun_at: the step at which that one took over.
@@ -63,7 +63,7 @@ class Campaign:
     progress bar on standard error where that is a terminal.
 
     Args:
-        folder: where the result files are; workers: :class:`~solver.execution.Workers`.
+        folder: where the result files are; workers: ``Workers``.
         notify: called with a line of text when a run fails or a file is found damaged.
 
     Raises:
@@ -106,7 +106,7 @@ class Campaign:
         return self.folder / f"{run.key}.h5"
 
     def _outcome(self, run, status):
-        """The :class:`Outcome` of a finished run, None if it is not; damage is set aside."""
+        """The ``Outcome`` of a finished run, None if it is not; damage is set aside."""
         path = self._path(run)
         try:
             contents = inspect(path, run)
@@ -140,13 +140,13 @@ def run_many(items, executor=None, jobs=None):
     """Run many models and keep the results in memory.
 
     Args:
-        items: pairs (model or case, :class:`solver.Settings`); a case's name stands for its default
-            mesh.  Or :class:`Run` s.
+        items: pairs (model or case, ``Settings``); a case's name stands for its default
+            mesh.  Or ``Run`` s.
         executor: any ``concurrent.futures.Executor``; left out, ``jobs`` spawned processes, one a
             usable core.  A script needs ``if __name__ == "__main__":`` around the call then.
 
     Returns:
-        list: in the order of ``items``, each a :class:`solver.Result`, or the exception that its
+        list: in the order of ``items``, each a ``Result``, or the exception that its
         run ended with.
 
     Raises:

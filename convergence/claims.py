@@ -6,10 +6,10 @@ can be checked: that something stays constant, agrees between meshes, or swings 
 
 import numpy as np
 
-from solver.cases import load_case, read_calibrations
-from solver.mesh import node_at
-from solver.simulation import drift, total_energy, unloaded_row
-from verification.case import Row, at_least, small
+from corovec.benchmarks import load_case, read_calibrations
+from corovec.solver.dynamics.simulation import drift, total_energy, unloaded_row
+from corovec.solver.model.mesh import node_at
+from corovec.verification.case import Row, at_least, small
 
 from .study import printed_results
 from .verdicts import ASSUMED, ROUNDING, assumptions
@@ -31,7 +31,7 @@ def claims(case, runs):
     """``{figure: rows}`` of a case.
 
     Args:
-        case: its name; runs: ``{elements: contents}`` of :func:`solver.read`.
+        case: its name; runs: ``{elements: contents}`` of ``read``.
     """
     finest = runs[max(runs)]
     energy, linear, angular, printed = _conserved(finest)

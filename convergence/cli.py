@@ -36,10 +36,10 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
       corovec converge l-plate --size paper --scheduler tcp://127.0.0.1:8786
       corovec converge l-plate --membrane strain --json
     """
-    from solver import InputError
-    from solver.cases import case_names
-    from solver.execution import dask_workers, processes
-    from solver.recorder import writable_folder
+    from corovec import InputError
+    from corovec.benchmarks import case_names
+    from corovec.solver.results.recorder import writable_folder
+    from corovec.solver.runtime.execution import dask_workers, processes
 
     from .campaign import Campaign
     from .report import show
@@ -85,8 +85,8 @@ def calibrate(case, elements, dt):
     Example:
       corovec calibrate ruler --elements 480
     """
-    from solver import warm_up
-    from solver.cases import CALIBRATED, load_case, write_calibration
+    from corovec import warm_up
+    from corovec.benchmarks import CALIBRATED, load_case, write_calibration
 
     from .calibration import calibrate as find
     definition = load_case(case)

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import periodogram
 
-from solver.mesh import node_at
-from verification.suites.benchmarks import asymmetry
+from corovec.solver.model.mesh import node_at
+from corovec.verification.suites.benchmarks import asymmetry
 
 from .rates import log_log_fit, semi_log_fit
 
@@ -73,7 +73,7 @@ def displacement(outcome, point, component):
 
 
 def growth(time, values, begin):
-    """:class:`Growth` of ``values`` from ``begin`` [s] until they first exceed ``SATURATED``.
+    """``Growth`` of ``values`` from ``begin`` [s] until they first exceed ``SATURATED``.
 
     Rounding errors that accumulate grow with a power of time, those that an unstable motion
     multiplies exponentially: the better straight line tells.
@@ -86,7 +86,7 @@ def growth(time, values, begin):
 
 
 def recurrence(time, values):
-    """:class:`Recurrence` of equally spaced ``values``: over lags from where the correlation of
+    """``Recurrence`` of equally spaced ``values``: over lags from where the correlation of
     the overlapping parts first turns negative up to half of the record."""
     lags = np.arange(1, len(values) // 2)
     correlation = np.array([np.corrcoef(values[:-k], values[k:])[0, 1] for k in lags])
@@ -98,7 +98,7 @@ def recurrence(time, values):
 
 
 def dominant_line(time, values):
-    """:class:`Line` of equally spaced ``values`` about their mean, by Hann's window."""
+    """``Line`` of equally spaced ``values`` about their mean, by Hann's window."""
     frequency, power = periodogram(values, 1.0 / (time[1] - time[0]), window="hann",
                                    nfft=FINER * len(values), detrend="constant")
     peak = int(np.argmax(power[1:])) + 1

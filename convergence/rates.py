@@ -27,7 +27,7 @@ class Richardson(NamedTuple):
 
 
 def log_log_fit(x, y):
-    """:class:`Fit` by least squares; points that are not positive are left out, and R² needs more
+    """``Fit`` by least squares; points that are not positive are left out, and R² needs more
     than two."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     good = x > 0.0
@@ -35,7 +35,7 @@ def log_log_fit(x, y):
 
 
 def semi_log_fit(x, y):
-    """:class:`Fit` of log y against x; otherwise as :func:`log_log_fit`."""
+    """``Fit`` of log y against x; otherwise as ``log_log_fit``."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     x, y = x[y > 0.0], np.log(y[y > 0.0])
     if len(x) < 2:
@@ -45,7 +45,7 @@ def semi_log_fit(x, y):
 
 
 def finest_as_reference(elements, values):
-    """Relative errors |E_N - E_ref| / E_ref (n,) and their :class:`Fit` against the elements along
+    """Relative errors |E_N - E_ref| / E_ref (n,) and their ``Fit`` against the elements along
     an edge, sqrt(elements): the paper's rule."""
     values = np.asarray(values, dtype=float)
     errors = np.abs(values - values[-1]) / abs(values[-1])
@@ -53,7 +53,7 @@ def finest_as_reference(elements, values):
 
 
 def richardson(elements, values):
-    """:class:`Richardson` of meshes refined in both directions.
+    """``Richardson`` of meshes refined in both directions.
 
     With differences d_k = E_k - E_(k-1) and the ratio r of element sizes, the order is
     ``log(d_(k-1) / d_k) / log r`` and the limit ``E_n + d_n / (r^p - 1)`` with the last order p.

@@ -3,7 +3,7 @@
 import click
 import numpy as np
 
-from verification.case import OK
+from corovec.verification.case import OK
 
 from .study import printed_results
 from .verdicts import assumptions

@@ -7,10 +7,9 @@ from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 
-import solver
-from solver import InputError, Model, Settings
-from solver.cases import load_case
-from solver.provenance import fingerprint
+from corovec import InputError, Model, Settings, solver
+from corovec.benchmarks import load_case
+from corovec.solver.runtime.provenance import fingerprint
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Run:
 
 
 def as_run(item):
-    """A :class:`Run` from itself, or from a pair of a model, or a case's name, and settings.
+    """A ``Run`` from itself, or from a pair of a model, or a case's name, and settings.
 
     A name stands for the default mesh of its case.
 

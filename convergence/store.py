@@ -10,8 +10,8 @@ from dataclasses import asdict
 
 import h5py
 
-from solver import ResultFileError, read, simulate
-from solver.provenance import fingerprint
+from corovec import ResultFileError, read, simulate
+from corovec.solver.runtime.provenance import fingerprint
 
 STAMP = "campaign"
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from solver import InputError, Settings, total_energy
-from solver.cases import load_case
-from solver.checks import choice
-from solver.simulation import unloaded_row
+from corovec import InputError, Settings, total_energy
+from corovec.benchmarks import load_case
+from corovec.solver.checks import choice
+from corovec.solver.dynamics.simulation import unloaded_row
 
 from .rates import mesh_errors
 from .run import Run
@@ -83,7 +83,7 @@ class CaseStudy:
     """The study of one case in one size.
 
     Its runs depend on results (the time step of the mesh study is halved until it is justified), so
-    :meth:`runs` is asked again with the outcomes so far until it names nothing new.
+    ``runs`` is asked again with the outcomes so far until it names nothing new.
 
     Raises:
         InputError: unknown case, size or membrane field, or a case whose loads never end.
@@ -220,13 +220,13 @@ class CaseStudy:
 
 @cache
 def case_model(case, elements, membrane):
-    """:class:`solver.Model` of a mesh of a case."""
+    """``Model`` of a mesh of a case."""
     return load_case(case).model(elements, membrane=membrane)
 
 
 @cache
 def case_run(case, elements, membrane, dt, end_time, frames, **settings):
-    """:class:`Run` of a mesh of a case, with so many frames, which are its checkpoints too."""
+    """``Run`` of a mesh of a case, with so many frames, which are its checkpoints too."""
     every = max(1, round(end_time / dt) // frames)
     settings = Settings(dt=dt, end_time=end_time, frame_every=every, **settings)
     return Run(case_model(case, elements, membrane), settings, case)

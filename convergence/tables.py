@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from solver import drift, total_energy
-from solver.provenance import commit, machine, versions
-from solver.recorder import replacing
-from solver.simulation import unloaded_row
+from corovec import drift, total_energy
+from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.results.recorder import replacing
+from corovec.solver.runtime.provenance import commit, machine, versions
 
 from .motion import Growth, deviations, displacement, dominant_line, growth, recurrence
 from .rates import crossing, finest_as_reference, log_log_fit, mesh_errors, richardson

@@ -15,10 +15,10 @@ import h5py
 import numpy as np
 import pytest
 
-from convergence import Campaign, Run, processes, run_many, store
-from solver import InputError, ResultFileError, Settings, read, simulate
-from solver.cases import load_case
-from solver.execution import Workers, complete
+from corovec import InputError, ResultFileError, Settings, read, simulate
+from corovec.benchmarks import load_case
+from corovec.convergence import Campaign, Run, processes, run_many, store
+from corovec.solver.runtime.execution import Workers, complete
 
 HERE = Workers(lambda: ThreadPoolExecutor(1), 2)
 
@@ -170,9 +170,9 @@ def test_process_that_dies_takes_no_other_task_with_it():
 
 
 CAMPAIGN = """
-from convergence import Campaign, Run, processes
-from solver import Settings
-from solver.cases import load_case
+from corovec.convergence import Campaign, Run, processes
+from corovec import Settings
+from corovec.benchmarks import load_case
 if __name__ == "__main__":
     run = Run(load_case("l-plate").model(30), Settings(dt=1e-3, end_time=2.0, frame_every=50))
     with Campaign("runs", processes(1)) as campaign:

@@ -12,9 +12,10 @@ pytest.importorskip("distributed", reason="the extra [cluster] is not installed"
 
 from distributed import Client
 
-from convergence import Campaign, Run, campaign, dask_workers
-from solver import InputError, Settings, execution, read, simulate
-from solver.cases import load_case
+from corovec import InputError, Settings, read, simulate
+from corovec.benchmarks import load_case
+from corovec.convergence import Campaign, Run, campaign, dask_workers
+from corovec.solver.runtime import execution
 
 PLATE = load_case("l-plate").model(30)
 RUNS = [Run(PLATE, Settings(dt=dt, end_time=1.0), "l-plate")

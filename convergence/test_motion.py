@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from convergence.motion import deviations, displacement, dominant_line, growth, recurrence
-from solver.cases import load_case
+from corovec.benchmarks import load_case
+from corovec.convergence.motion import deviations, displacement, dominant_line, growth, recurrence
 
 SHELL = load_case("hemisphere").model(1024)
 A, B = (10.0, 0.0, 0.0), (0.0, 10.0, 0.0)

@@ -5,14 +5,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from convergence.rates import (
+from corovec.convergence.rates import (
     crossing,
     finest_as_reference,
     log_log_fit,
     mesh_errors,
     richardson,
 )
-from convergence.study import PRINTED
+from corovec.convergence.study import PRINTED
 
 ELEMENTS = 30 * 4 ** np.arange(5)
 TABLES = tomllib.loads(PRINTED.read_text(encoding="utf-8"))

@@ -8,9 +8,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from convergence import Run, run
-from solver import InputError, Model, NodalLoad, Settings, Support, TimeFunction
-from solver.cases import load_case
+from corovec import InputError, Model, NodalLoad, Settings, Support, TimeFunction
+from corovec.benchmarks import load_case
+from corovec.convergence import Run, run
 
 SETTINGS = {"dt": 0.005, "end_time": 0.2, "scheme": "newmark", "rho_inf": 0.9,
             "transformation": "average", "axes": "global", "solver": "skyline", "newton": "full",
@@ -92,7 +92,7 @@ def test_equal_runs_have_equal_hashes_in_every_process():
     settings = Settings(dt=0.01, end_time=0.1)
     assert key() == key(settings, thickness=[0.1], velocity=np.zeros((4, 3)), supports=())
     mesh = load_case("l-plate").model(30)
-    script = ("from solver import Settings; from solver.cases import load_case;"
+    script = ("from corovec import Settings; from corovec.benchmarks import load_case;"
               "from convergence import Run;"
               "print(Run(load_case('l-plate').model(30), Settings(dt=0.01, end_time=0.1)).key)")
     other = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,

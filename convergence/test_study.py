@@ -12,17 +12,18 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from convergence import store, study, tables, verdicts
-from convergence.cli import converge
-from convergence.report import show
-from convergence.run import Run
-from convergence.study import SIZES, CaseStudy, Size, run_studies
-from convergence.verdicts import assumptions, last_digit
-from solver import InputError, Settings, StepError, execution, provenance, simulate
-from solver.cases import case_names, load_case
-from solver.execution import Workers
-from solver.simulation import HISTORY
-from verification.case import OK
+from corovec import InputError, Settings, StepError, simulate
+from corovec.benchmarks import case_names, load_case
+from corovec.convergence import store, study, tables, verdicts
+from corovec.convergence.cli import converge
+from corovec.convergence.report import show
+from corovec.convergence.run import Run
+from corovec.convergence.study import SIZES, CaseStudy, Size, run_studies
+from corovec.convergence.verdicts import assumptions, last_digit
+from corovec.solver.dynamics.simulation import HISTORY
+from corovec.solver.runtime import execution, provenance
+from corovec.solver.runtime.execution import Workers
+from corovec.verification.case import OK
 
 LIMIT = 73.0
 

@@ -6,8 +6,8 @@ assumed: such rows deviate, explained by that.  What is asked for is what assump
 
 import numpy as np
 
-from solver.cases import read_calibrations
-from verification.case import Row, at_least, small
+from corovec.benchmarks import read_calibrations
+from corovec.verification.case import Row, at_least, small
 
 from .rates import finest_as_reference, log_log_fit, richardson
 from .study import DRIFT_TARGET, JUSTIFIED, RHO_INF
@@ -51,7 +51,7 @@ TO_THE_EYE = 0.01
 
 
 def verdicts(study, tables):
-    """:class:`verification.case.Row` s of a study."""
+    """``Row`` s of a study."""
     return [*_printed_energies(study, tables["mesh"]),
             *_printed_rates(study, tables["mesh"], tables["summary"]), *_time_step(study, tables),
             *_conservation(study, tables), *_dissipation(study, tables),

@@ -2,10 +2,10 @@
 
 import pytest
 
-from reports.recording import Recording
-from solver import Settings, line_load, load_control, simulate
-from solver.cases import load_case
-from verification.suites.nonlinear import strip
+from corovec import Settings, line_load, load_control, simulate
+from corovec.benchmarks import load_case
+from corovec.reports.recording import Recording
+from corovec.verification.suites.nonlinear import strip
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
-from solver.errors import InputError
-from solver.simulation import total_energy
+from corovec.solver.dynamics.simulation import total_energy
+from corovec.solver.errors import InputError
 
 from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
 
@@ -41,7 +41,7 @@ def energies(history, unloaded_at=np.inf, end=None):
     Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.
 
     Args:
-        history: of a :class:`solver.Result` or :func:`solver.read`.
+        history: of a ``Result`` or ``read``.
         unloaded_at: time from which no load acts [s]; the time before is shaded.
         end: last time that is drawn [s]; default: all.
 
@@ -98,7 +98,7 @@ def momenta(history, unloaded_at=np.inf, end=None):
     Figs. 3b, 3c, 8, 16.  Angular momentum of the consistent mass, sum m_ij x_i x v_j, and as
     Eq. (50) prints it, with a single sum; the lowest panel shows their difference.
 
-    Args: as of :func:`energies`.
+    Args: as of ``energies``.
 
     Returns:
         (Figure, DataFrame): column time, and for each momentum its components, as
@@ -189,7 +189,7 @@ def convergence(curves):
     least squares put it.  Errors that are not positive (the reference mesh itself) have no place.
 
     Args:
-        curves: :class:`Curve` s.
+        curves: ``Curve`` s.
 
     Returns:
         (Figure, DataFrame): columns curve, elements, error, fit (of the line).

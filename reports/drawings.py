@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from convergence.study import printed_results
+from corovec.convergence.study import printed_results
 
 from . import figures
 
@@ -16,7 +16,7 @@ class Drawing:
 
     Attributes:
         name: of its files; figure: of the paper, as ``Figure 3``; title: caption.
-        draw: makes (Figure, DataFrame) from :class:`Sources`; dense: a picture of many polygons,
+        draw: makes (Figure, DataFrame) from ``Sources``; dense: a picture of many polygons,
             shown as PNG.
     """
 
@@ -32,7 +32,7 @@ class Sources:
     """What the drawings of a case are made from.
 
     Attributes:
-        case: its definition; recordings: :class:`~reports.recording.Recording` s of its runs, the
+        case: its definition; recordings: ``Recording`` s of its runs, the
             coarsest first, perhaps none; study: contents of ``study.json`` or None.
     """
 

@@ -1,6 +1,6 @@
 """Figures of runs: each function returns a matplotlib ``Figure`` and a tidy table of its data.
 
-The table holds exactly what is drawn, in SI units, one observation a row; :func:`save` writes both.
+The table holds exactly what is drawn, in SI units, one observation a row; ``save`` writes both.
 """
 
 from .curves import (

@@ -11,10 +11,10 @@ from matplotlib.animation import FFMpegWriter, FuncAnimation, HTMLWriter, Pillow
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from solver.checks import integer, number, positive
-from solver.errors import InputError
-from solver.recorder import writable_path
-from solver.simulation import total_energy
+from corovec.solver.checks import integer, number, positive
+from corovec.solver.dynamics.simulation import total_energy
+from corovec.solver.errors import InputError
+from corovec.solver.results.recorder import writable_path
 
 from .scenes import instant
 from .space import Space, View, best_view, bounds, density_bar, density_scale
@@ -39,7 +39,7 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
     """Write a film of ``recording`` to ``path``, by its ending a GIF, an MP4 or a page (HTML).
 
     Args:
-        recording: :class:`Recording`.
+        recording: ``Recording``.
         fps: frames a second.
         frames: number of recorded frames that are shown, evenly spaced; default: all.
         scale: factor of the displacements.

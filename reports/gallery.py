@@ -5,10 +5,10 @@ from itertools import combinations
 
 import numpy as np
 
-from solver.cases import case_names, load_case
-from solver.checks import number, positive
-from solver.errors import InputError
-from solver.provenance import fingerprint
+from corovec.benchmarks import case_names, load_case
+from corovec.solver.checks import number, positive
+from corovec.solver.errors import InputError
+from corovec.solver.runtime.provenance import fingerprint
 
 from .figures import displacements, energies, mesh_and_loads, momenta, sequence, total_energies
 from .recording import Recording
@@ -18,7 +18,7 @@ def open_together(paths):
     """Recordings of files whose figures go into one folder.
 
     Raises:
-        ResultFileError: as of :meth:`Recording.open`.
+        ResultFileError: as of ``Recording.open``.
         InputError: files of the same name, of different cases, or of runs and static paths.
     """
     recordings = [Recording.open(path) for path in paths]

@@ -12,16 +12,16 @@ from types import SimpleNamespace
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from convergence.claims import claims, mesh_claims
-from convergence.study import printed_results
-from convergence.verdicts import assumptions
-from solver.cases import load_case
-from solver.execution import complete, processes
-from solver.provenance import commit, machine, usable_cores, versions
-from solver.recorder import replacing
-from timing.tables import TABLES
-from timing.verdicts import verdicts as timing_verdicts
-from verification.registry import CASES as VERIFICATION
+from corovec.benchmarks import load_case
+from corovec.convergence.claims import claims, mesh_claims
+from corovec.convergence.study import printed_results
+from corovec.convergence.verdicts import assumptions
+from corovec.solver.results.recorder import replacing
+from corovec.solver.runtime.execution import complete, processes
+from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
+from corovec.timing.tables import TABLES
+from corovec.timing.verdicts import verdicts as timing_verdicts
+from corovec.verification.registry import CASES as VERIFICATION
 
 from . import figures, tables
 from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of
@@ -71,7 +71,7 @@ def build(size, folder, jobs=1):
     results = Results(size, folder)
     cases = _cases(partial(_case, size=size, folder=folder), jobs)
     suites = [_suite(suite, results) for suite in suite_names()]
-    environment = Environment(loader=PackageLoader("reports"), undefined=StrictUndefined,
+    environment = Environment(loader=PackageLoader("corovec.reports"), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(

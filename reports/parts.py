@@ -9,16 +9,12 @@ from pathlib import Path
 from types import NoneType
 from typing import NamedTuple
 
-import convergence
-import solver
-import timing
-import verification
-from convergence.run import code_version
-from solver import InputError, ResultFileError
-from solver.cases import case_names
-from solver.recorder import replacing
-from timing.report import NAMES as TIMINGS
-from verification.registry import CASES
+from corovec import InputError, ResultFileError, convergence, solver, timing, verification
+from corovec.benchmarks import case_names
+from corovec.convergence.run import code_version
+from corovec.solver.results.recorder import replacing
+from corovec.timing.report import NAMES as TIMINGS
+from corovec.verification.registry import CASES
 
 from .recording import Recording
 
@@ -67,7 +63,7 @@ class Part:
         return [code_version(package, SOURCES) for package in (solver, *self.packages)]
 
     def read(self):
-        """Contents of the result: a :class:`Recording` of a run, else an object of JSON.
+        """Contents of the result: a ``Recording`` of a run, else an object of JSON.
 
         Raises:
             ResultFileError: it is missing, damaged or incomplete.
@@ -103,7 +99,7 @@ class Part:
 
 
 def parts(size, folder):
-    """All :class:`Part` s of a size, the timings first; results go into ``folder``.
+    """All ``Part`` s of a size, the timings first; results go into ``folder``.
 
     Raises:
         InputError: unknown size.
@@ -224,7 +220,7 @@ class Results:
         self.stamps = Stamps(folder / "parts")
 
     def read(self, name):
-        """(contents, []) of a part, or (None, [:class:`Lack`])."""
+        """(contents, []) of a part, or (None, [``Lack``])."""
         part = self.parts[name]
         stamp = self.stamps.current(part) or {}
         ended = stamp.get("status")

@@ -20,7 +20,7 @@ STOPS = 11
 
 
 def player(recording, every=None):
-    """The player's data of a :class:`~reports.recording.Recording`, ready for JSON.
+    """The player's data of a ``Recording``, ready for JSON.
 
     Args:
         recording: the run; every: frames taken, each n-th; default: at most ``MOST_FRAMES``.

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.errors import InputError, ResultFileError
-from solver.mesh import node_at, vector_areas
-from solver.recorder import read
+from corovec.solver.errors import InputError, ResultFileError
+from corovec.solver.model.mesh import node_at, vector_areas
+from corovec.solver.results.recorder import read
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Recording:
 
     Attributes:
         name: what its figures are called.
-        contents: of its file, see :func:`solver.recorder.read`.
+        contents: of its file, see ``read``.
     """
 
     name: str

@@ -1,13 +1,12 @@
 """From nothing to one page: every part runs once, whatever becomes of the others; then the page."""
 
-import os
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
-from corovec import PARENT
-from solver.provenance import usable_cores
+from corovec.solver.runtime.process import child_environment
+from corovec.solver.runtime.provenance import usable_cores
 
 from .parts import Stamps
 
@@ -21,7 +20,7 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
     default one a usable core.  A part that fails is stamped so, and the rest goes on.
 
     Args:
-        chosen: :class:`~reports.parts.Part` s; folder: of all results.
+        chosen: ``Part`` s; folder: of all results.
         tell: called with a line of text as parts end; running: called with the names of the parts
             that run, and how many have ended of how many.
 
@@ -75,8 +74,7 @@ def _run(part, stamps):
     with open(stamps.log(part), "w", encoding="utf-8") as log:
         code = subprocess.run([sys.executable, "-m", "corovec", *command], stdout=log, stderr=log,
                               stdin=subprocess.DEVNULL,
-                              env={**os.environ, **dict.fromkeys(THREADS, "1"),
-                                   PARENT: str(os.getpid())}).returncode
+                              env=child_environment(**dict.fromkeys(THREADS, "1"))).returncode
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
     good = code == 0 or code == 1 and part.judged and written and part.whole()

@@ -7,8 +7,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
-from solver.loads import NodalLoad, TimeFunction
-from solver.mesh import element_edges
+from corovec.solver.model.loads import NodalLoad, TimeFunction
+from corovec.solver.model.mesh import element_edges
 
 from .space import Space, View, best_view, bounds, density_bar, density_scale
 from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
@@ -49,9 +49,9 @@ def mesh_and_loads(model, case=None, view=None):
     that of the largest force.
 
     Args:
-        model: :class:`solver.Model`, whose moments and pressures are not drawn, or anything else
+        model: ``Model``, whose moments and pressures are not drawn, or anything else
             with ``nodes`` and ``quads``.
-        case: :class:`solver.cases.Case` of the model, for the names of its loads and points; line
+        case: ``Case`` of the model, for the names of its loads and points; line
             loads are then forces per length [N/m], the same at all nodes of the line.
         view: (elevation, azimuth) [degrees]; default: where most is seen.
 
@@ -94,10 +94,10 @@ def sequence(recording, times=None, scale=1.0, view=None):
     where it is, frame beside frame, all with the same axes.
 
     Args:
-        recording: :class:`Recording`.
+        recording: ``Recording``.
         times: [s], in statics load factors; the nearest frames are taken.  Default: 8 evenly.
         scale: factor of the displacements.
-        view: as of :func:`mesh_and_loads`.
+        view: as of ``mesh_and_loads``.
 
     Returns:
         (Figure, DataFrame): columns time, element, corner, x, y, z, strain_energy_density [J/m^2].
@@ -240,7 +240,7 @@ def _draw_functions(axes, functions, labels):
 
 
 def _mesh_table(model, loads, points, functions):
-    """The table of :func:`mesh_and_loads`."""
+    """The table of ``mesh_and_loads``."""
     x, y, z = model.nodes[model.quads.ravel()].T
     parts = [pd.DataFrame({"item": "element", "name": np.repeat(np.arange(len(model.quads)), 4),
                            "x": x, "y": y, "z": z})]

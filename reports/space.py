@@ -12,8 +12,8 @@ from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from solver.checks import number
-from solver.mesh import vector_areas
+from corovec.solver.checks import number
+from corovec.solver.model.mesh import vector_areas
 
 from .style import COLOURS, VERMILLION
 
@@ -54,7 +54,7 @@ class View:
 
 
 def best_view(corners):
-    """The :class:`View` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
+    """The ``View`` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
     """
     areas = vector_areas(corners)
     size = np.ptp(bounds(corners), axis=0)
@@ -75,7 +75,7 @@ def bounds(*points):
 
 
 class Space:
-    """Matplotlib ``axes`` that show what lies in ``box`` (2, 3) [m] by a :class:`View`.
+    """Matplotlib ``axes`` that show what lies in ``box`` (2, 3) [m] by a ``View``.
 
     With ``ruled`` the box has a grid on its far faces, and numbers along three of its edges.
     """
@@ -202,7 +202,7 @@ def density_scale(density):
 
 
 def density_bar(figure, scale, density, axes, **place):
-    """The colour bar of :func:`density_scale`."""
+    """The colour bar of ``density_scale``."""
     beyond = "max" if density.max() > scale.norm.vmax else "neither"
     bar = figure.colorbar(scale, ax=axes, extend=beyond, label="strain energy density [J/m²]",
                           **place)

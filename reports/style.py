@@ -11,8 +11,8 @@ from subprocess import CalledProcessError
 
 import matplotlib as mpl
 
-from solver.errors import InputError, ResultFileError
-from solver.recorder import replacing, writable_path
+from corovec.solver.errors import InputError, ResultFileError
+from corovec.solver.results.recorder import replacing, writable_path
 
 BLUE, ORANGE, GREEN, PURPLE, BLACK, SKY, VERMILLION = (
     "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#D55E00")
@@ -58,7 +58,7 @@ def style():
 
 
 def styled(function):
-    """Call ``function`` with :func:`style` in force."""
+    """Call ``function`` with ``style`` in force."""
     @wraps(function)
     def call(*arguments, **options):
         with style():
@@ -67,7 +67,7 @@ def styled(function):
 
 
 def targets(folder, name, formats=("svg", "png")):
-    """Paths of the files that :func:`save` writes."""
+    """Paths of the files that ``save`` writes."""
     for kind in formats:
         if kind not in FORMATS:
             raise InputError(f"format '{kind}' is unknown, must be one of: {', '.join(FORMATS)}")
@@ -99,7 +99,7 @@ def save(figure, data, folder, name, formats=("svg", "png"), overwrite=False):
 
 @contextmanager
 def written(path):
-    """Failures of the system while ``path`` is written, as :class:`ResultFileError`."""
+    """Failures of the system while ``path`` is written, as ``ResultFileError``."""
     try:
         yield
     except OSError as error:

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from solver.cases import case_names, load_case
-from timing.printed import cells
-from timing.tables import BASES, TABLES
-from timing.verdicts import verdicts as timing_verdicts
+from corovec.benchmarks import case_names, load_case
+from corovec.timing.printed import cells
+from corovec.timing.tables import BASES, TABLES
+from corovec.timing.verdicts import verdicts as timing_verdicts
 
 VERDICTS = {
     "failed": "ended with an error",
@@ -58,7 +58,7 @@ class Table:
     """A table of the page: heads, rows of text, notes below.
 
     Attributes:
-        name: caption; columns: heads; rows: texts, verdicts as :class:`Cell` s.
+        name: caption; columns: heads; rows: texts, verdicts as ``Cell`` s.
         notes: sentences below.
     """
 
@@ -126,7 +126,7 @@ def times(name, timing):
     """Tables 2, 4, 6, 8: CPU times of each solver.
 
     Args:
-        name: of :data:`timing.tables.TABLES`; timing: contents of ``timing.json``, or None.
+        name: of ``TABLES``; timing: contents of ``timing.json``, or None.
     """
     ours = {(row["elements"], row["method"]): row
             for row in timing["tables"][f"{name}-times"]} if timing else {}
@@ -262,7 +262,7 @@ def reason(row):
 
 
 def difference(row):
-    """Difference of a row; see :func:`amount`."""
+    """Difference of a row; see ``amount``."""
     return "–" if row.get("above") else amount(row, row["difference"], sign=True)
 
 

@@ -6,8 +6,10 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from reports import curves
-from reports.figures import (
+from corovec import InputError, ResultFileError, TimeFunction, total_energy
+from corovec.benchmarks import load_case
+from corovec.reports import curves
+from corovec.reports.figures import (
     Curve,
     convergence,
     displacements,
@@ -18,12 +20,10 @@ from reports.figures import (
     sequence,
     total_energies,
 )
-from reports.recording import Recording
-from reports.space import Space, View, bounds
-from solver import InputError, ResultFileError, TimeFunction, total_energy
-from solver.cases import load_case
-from solver.loads import NodalLoad
-from verification.models import cross_code_plate
+from corovec.reports.recording import Recording
+from corovec.reports.space import Space, View, bounds
+from corovec.solver.model.loads import NodalLoad
+from corovec.verification.models import cross_code_plate
 
 COMPONENTS = [f"{name}_{c}" for name in ("linear_momentum", "angular_momentum",
                                          "angular_momentum_printed") for c in "xyz"]

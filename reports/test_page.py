@@ -15,23 +15,20 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-import convergence
-import solver
-import timing as timing_package
-import verification
-from convergence.run import code_version
-from reports import page, parts, reproduce, tables
-from reports.cli import reproduce as command
-from reports.parts import Part, Results, Stamps
-from reports.player import STEPS, player
-from reports.recording import Recording
-from solver import InputError, Settings, simulate
-from solver.cases import load_case
-from timing.printed import cells
-from timing.solvers import METHODS
-from timing.tables import ratios
-from verification.case import Row, small
-from verification.registry import Outcome, find, make_report
+from corovec import InputError, Settings, convergence, simulate, solver, verification
+from corovec import timing as timing_package
+from corovec.benchmarks import load_case
+from corovec.convergence.run import code_version
+from corovec.reports import page, parts, reproduce, tables
+from corovec.reports.cli import reproduce as command
+from corovec.reports.parts import Part, Results, Stamps
+from corovec.reports.player import STEPS, player
+from corovec.reports.recording import Recording
+from corovec.timing.printed import cells
+from corovec.timing.solvers import METHODS
+from corovec.timing.tables import ratios
+from corovec.verification.case import Row, small
+from corovec.verification.registry import Outcome, find, make_report
 
 SIZE = "quick"
 FRAMES = 61

@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from reports.cli import animate, plot
-from reports.recording import Recording
-from solver import InputError, ResultFileError, Settings, simulate
-from verification.helpers import corovec
-from verification.models import cross_code_plate
+from corovec import InputError, ResultFileError, Settings, simulate
+from corovec.reports.cli import animate, plot
+from corovec.reports.recording import Recording
+from corovec.verification.helpers import corovec
+from corovec.verification.models import cross_code_plate
 
 SEVERAL = {"l30-mesh", "l30-energies", "l30-momenta", "l30-motion", "l120-mesh", "l120-energies",
            "l120-momenta", "l120-motion", "displacements", "total-energies"}

@@ -118,10 +118,11 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
       corovec run l-plate --elements 480 --dt 1e-3 --end-time 2 --output l480.h5 --resume
       corovec run l-plate --elements 30 --solver skyline --json
     """
-    from .cases import load_case
+    from corovec.benchmarks import load_case
+
     from .compilation import warm_up
-    from .recorder import writable_path
-    from .simulation import Settings, simulate
+    from .dynamics.simulation import Settings, simulate
+    from .results.recorder import writable_path
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
@@ -176,7 +177,7 @@ def info(file, as_json):
     Example:
       corovec info run.h5
     """
-    from .recorder import read
+    from .results.recorder import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
     if "factor" in history.dtype.names:
@@ -203,7 +204,7 @@ def list_cases(as_json):
     Example:
       corovec list
     """
-    from .cases import case_names, load_case
+    from corovec.benchmarks import case_names, load_case
     cases = [load_case(name) for name in case_names()]
     if as_json:
         columns = ("parameter", "value", "unit", "provenance", "source")
@@ -254,7 +255,7 @@ class _Progress:
 
 def _summary(history, unloaded_at, supported):
     """What both ``run`` and ``info`` say of a history."""
-    from .simulation import drift
+    from .dynamics.simulation import drift
     last, changes = history[-1], drift(history, unloaded_at, supported)
     iterations = history["iterations"][1:]
     return {

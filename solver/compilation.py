@@ -4,7 +4,6 @@ It takes more than a minute, half of it for the kernel that assembles, which a s
 compiles beside the others where there is a core for it.
 """
 
-import os
 import shutil
 import subprocess
 import sys
@@ -16,15 +15,14 @@ from tempfile import TemporaryDirectory
 from filelock import FileLock, Timeout
 from numpy import zeros
 
-from corovec import PARENT
-
+from .dynamics.scheme import make_scheme
+from .dynamics.simulation import Settings, simulate
 from .kernels import assembly
-from .loads import NodalLoad, TimeFunction
-from .model import Model
-from .provenance import usable_cores
-from .scheme import make_scheme
-from .simulation import Settings, simulate
-from .system import System
+from .model.loads import NodalLoad, TimeFunction
+from .model.model import Model
+from .runtime.process import child_environment
+from .runtime.provenance import usable_cores
+from .system.system import System
 
 DT = 0.01
 
@@ -107,10 +105,10 @@ def _assembly_beside(folder):
     with TemporaryDirectory(prefix=BESIDE, dir=folder) as own:
         with subprocess.Popen(
                 [sys.executable, "-c",
-                 "from corovec import end_with_parent; end_with_parent(); "
+                 "from corovec.solver.runtime.process import end_with_parent; end_with_parent(); "
                  f"from {__name__} import compile_assembly; compile_assembly()"],
                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                env={**os.environ, "NUMBA_CACHE_DIR": own, PARENT: str(os.getpid())}) as process:
+                env=child_environment(NUMBA_CACHE_DIR=own)) as process:
             try:
                 yield
                 output = process.communicate()[0]

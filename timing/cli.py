@@ -6,8 +6,8 @@ import sys
 
 import click
 
-from solver.errors import InputError
-from solver.recorder import writable_folder, writable_path
+from corovec.solver.errors import InputError
+from corovec.solver.results.recorder import writable_folder, writable_path
 
 from .measure import SIZES, single_thread, surroundings
 from .report import NAMES, run, text

@@ -4,8 +4,8 @@ import os
 
 import numpy as np
 
-from solver.cases import load_case
-from solver.execution import isolated
+from corovec.benchmarks import load_case
+from corovec.solver.runtime.execution import isolated
 
 from .measure import Stepper, sample, single_thread, time_calls
 from .tables import available

@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver import Settings, make_scheme, simulate
-from solver.cases import load_case
-from solver.newton import NewtonRule
-from solver.system import System
-from verification.element_oracle import relative
-from verification.helpers import full_matrix, no_loads
-from verification.suites.kernel import newton, step_jacobian
+from corovec import Settings, make_scheme, simulate
+from corovec.benchmarks import load_case
+from corovec.solver.dynamics.newton import NewtonRule
+from corovec.solver.system.system import System
+from corovec.verification.element_oracle import relative
+from corovec.verification.helpers import full_matrix, no_loads
+from corovec.verification.suites.kernel import newton, step_jacobian
 
 from .measure import Stepper
 from .solvers import make_system

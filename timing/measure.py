@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from solver import Settings, StepError, make_scheme, warm_up
-from solver.provenance import commit, machine, usable_cores, versions
-from solver.system import StepRecord
+from corovec import Settings, StepError, make_scheme, warm_up
+from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
+from corovec.solver.system.system import StepRecord
 
 from .solvers import make_system
 
@@ -83,7 +83,7 @@ class Sample:
 
 
 def sample(work, rounds, prepare=None):
-    """:class:`Sample` of ``work()``; ``prepare()`` runs before each round, unmeasured."""
+    """``Sample`` of ``work()``; ``prepare()`` runs before each round, unmeasured."""
     cpu, wall = [], []
     for _ in range(rounds):
         if prepare is not None:
@@ -96,7 +96,7 @@ def sample(work, rounds, prepare=None):
 
 
 class Stepper:
-    """A model that advances step by step from rest, as :func:`solver.simulate` does.
+    """A model that advances step by step from rest, as ``simulate`` does.
 
     The production default (``auto``) keeps factorizations; all others are compared as in the paper,
     with a new matrix in each iteration.
@@ -137,7 +137,7 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Calls:
-    """:class:`Sample` s of single calls: assembly, factorization, solution of one load."""
+    """``Sample`` s of single calls: assembly, factorization, solution of one load."""
 
     assembly: Sample
     factor: Sample
@@ -149,7 +149,7 @@ class Calls:
         return self.assembly.median + self.factor.median + self.solve.median
 
     def step(self, iterations, rest):
-        """:class:`Sample` of a step that is composed of them: ``iterations (assembly + factor +
+        """``Sample`` of a step that is composed of them: ``iterations (assembly + factor +
         solve) + rest``, where ``rest`` [s] and ``iterations`` come from other steps."""
         def compose(clock):
             rounds = zip(*(getattr(call, clock) for call in (self.assembly, self.factor,
@@ -164,7 +164,7 @@ class Calls:
 
 
 def time_calls(stepper, effort):
-    """:class:`Calls` at the stepper's state: rounds of each, of short ones as many as fit into
+    """``Calls`` at the stepper's state: rounds of each, of short ones as many as fit into
     ``CALLS_SECONDS``.  Filling the upper triangle of an unsymmetric solver counts as assembly."""
     system = stepper.system
     solver = system.solver

@@ -23,11 +23,11 @@ import click
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Settings, simulate, warm_up
-from solver.cases import load_case
-from solver.errors import StepError
-from solver.execution import isolated
-from solver.recorder import replacing, writable_path
+from corovec import Settings, simulate, warm_up
+from corovec.benchmarks import load_case
+from corovec.solver.errors import StepError
+from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.runtime.execution import isolated
 
 from .measure import load, surroundings
 

@@ -46,7 +46,7 @@ class Cell:
 
 
 def cells(with_errata=True):
-    """All :class:`Cell` s of Tables 2, 4, 6 and 8, as printed or with the errata applied."""
+    """All ``Cell`` s of Tables 2, 4, 6 and 8, as printed or with the errata applied."""
     with open(PRINTED, "rb") as file:
         data = tomllib.load(file)
     errata = data["errata"] if with_errata else []

@@ -4,7 +4,7 @@ import json
 
 import pandas as pd
 
-from solver.recorder import replacing
+from corovec.solver.results.recorder import replacing
 
 from .growth import exponents, growth
 from .iterations import long_run, step_iterations
@@ -42,7 +42,7 @@ SHOWN = {
 def collect(name, effort, bench, folder=None, progress=lambda text: None):
     """``{table: rows}`` of one of ``NAMES``; see the functions for the rows.
 
-    ``bench``: a :class:`timing.tables.Bench`, shared; ``folder``: see :mod:`timing.targets`.
+    ``bench``: a ``Bench``, shared; ``folder``: see ``timing.targets``.
     """
     if name in TABLES:
         rows = bench.rows(name, progress)

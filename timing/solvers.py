@@ -1,6 +1,6 @@
 """Linear solvers for comparison only: what a matrix would need from LAPACK if it were unsymmetric.
 
-Both have the interface of :mod:`solver.linear`.  The assembly gives them the lower triangle, and
+Both have the interface of ``system.linear``.  The assembly gives them the lower triangle, and
 ``complete`` fills in the other one, which an unsymmetric element would assemble: it counts as
 assembly, ``eliminate`` as factorization.
 """
@@ -8,7 +8,7 @@ assembly, ``eliminate`` as factorization.
 import numpy as np
 from scipy.linalg import lapack
 
-from solver.linear import (
+from corovec.solver.system.linear import (
     SOLVERS,
     Banded,
     Dense,
@@ -16,7 +16,7 @@ from solver.linear import (
     column_offsets,
     half_bandwidth,
 )
-from solver.system import System
+from corovec.solver.system.system import System
 
 
 class DenseLU(Dense):
@@ -76,7 +76,7 @@ METHODS = {"skyline": "skyline LDL^T", "dense": "dense Gaussian elimination",
 
 
 def make_system(model, method):
-    """:class:`solver.system.System` with one of ``METHODS`` as its linear solver."""
+    """``System`` with one of ``METHODS`` as its linear solver."""
     if method in SOLVERS:
         return System(model, method)
     system = System(model, "skyline")

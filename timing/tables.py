@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.cases import case_names, load_case
+from corovec.benchmarks import case_names, load_case
 
 from .measure import Calls, Stepper, sample, time_calls
 from .printed import cells

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
-from solver import Settings, read, simulate
-from solver.cases import load_case
-from solver.mesh import node_at
-from solver.simulation import unloaded_row
+from corovec import Settings, read, simulate
+from corovec.benchmarks import load_case
+from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.model.mesh import node_at
 
 from .measure import Stepper, sample, time_calls
 from .solvers import make_system
@@ -60,7 +60,7 @@ class Target:
 
 
 def targets(effort, folder=None, progress=lambda text: None):
-    """(rows of all :class:`Target` s, the dense LU's time as a row).
+    """(rows of all ``Target`` s, the dense LU's time as a row).
 
     ``folder``: where the runs of the whole-run target are kept and, if they are there, resumed;
     without it, or in the quick size, that target is not measured.
@@ -93,7 +93,7 @@ def targets(effort, folder=None, progress=lambda text: None):
 
 
 def dense_lu(rounds, n=PAPER_UNKNOWNS):
-    """:class:`Sample` of one LAPACK LU (getrf) of a full random matrix of ``n`` unknowns: D."""
+    """``Sample`` of one LAPACK LU (getrf) of a full random matrix of ``n`` unknowns: D."""
     matrix = np.random.default_rng(1).standard_normal((n, n))
     held = {}
 
@@ -166,7 +166,7 @@ def _overhead(model, dt, rounds):
 
 def _start():
     """Wall-clock seconds of a second process from its start to the end of its first step."""
-    code = ("from corovec import main; import sys; sys.argv[1:] = ['run', 'l-plate', '--elements', "
+    code = ("from corovec.__main__ import main; import sys; sys.argv[1:] = ['run', 'l-plate', '--elements', "
             "'30', '--dt', '1e-2', '--end-time', '1e-2', '--json']; main()")
     command = [sys.executable, "-c", code]
 

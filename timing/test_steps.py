@@ -6,11 +6,11 @@ import time
 
 import pytest
 
-from solver.cases import load_case
-from timing.measure import Stepper, single_thread
-from timing.printed import cells
-from timing.solvers import METHODS
-from timing.tables import available
+from corovec.benchmarks import load_case
+from corovec.timing.measure import Stepper, single_thread
+from corovec.timing.printed import cells
+from corovec.timing.solvers import METHODS
+from corovec.timing.tables import available
 
 ROUNDS = 10
 

@@ -8,21 +8,21 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from solver import InputError, ResultFileError, make_scheme
-from solver.cases import load_case
-from solver.linear import SingularMatrix
-from timing import iterations, measure, peers, targets
-from timing.cli import time
-from timing.growth import exponents, fit_exponent
-from timing.measure import Calls, Effort, Sample, Stepper, sample
-from timing.printed import PRINTED, cells, doubts, errata, seconds, unit_steps
-from timing.report import run, text
-from timing.solvers import METHODS, make_system
-from timing.tables import Bench, ratios
-from timing.targets import Target
-from timing.verdicts import verdicts
-from verification.element_oracle import relative
-from verification.helpers import corovec, full_matrix
+from corovec import InputError, ResultFileError, make_scheme
+from corovec.benchmarks import load_case
+from corovec.solver.system.linear import SingularMatrix
+from corovec.timing import iterations, measure, peers, targets
+from corovec.timing.cli import time
+from corovec.timing.growth import exponents, fit_exponent
+from corovec.timing.measure import Calls, Effort, Sample, Stepper, sample
+from corovec.timing.printed import PRINTED, cells, doubts, errata, seconds, unit_steps
+from corovec.timing.report import run, text
+from corovec.timing.solvers import METHODS, make_system
+from corovec.timing.tables import Bench, ratios
+from corovec.timing.targets import Target
+from corovec.timing.verdicts import verdicts
+from corovec.verification.element_oracle import relative
+from corovec.verification.helpers import corovec, full_matrix
 
 TINY = Effort(rounds=3, long_rounds=2, round_seconds=0.0, step_seconds=0.0, call_seconds=10.0,
               run_seconds=0.0, growth_unknowns=200, reference=False)
@@ -151,7 +151,7 @@ def test_table_row_from_single_calls(monkeypatch):
         return Sample(rounds, rounds)
     calls = Calls(seconds(0.1, 0.1, 0.1), seconds(2.0, 2.1, 1.9), seconds(0.01, 0.01, 0.01))
     timed = []
-    monkeypatch.setattr("timing.tables.time_calls", lambda stepper, effort: timed.append(
+    monkeypatch.setattr("corovec.timing.tables.time_calls", lambda stepper, effort: timed.append(
         len(stepper.system.model.quads)) or calls)
     bench, model = Bench(TINY), load_case("l-plate").model(30)
     skyline = {"unknowns": 240, "iterations_per_step": 3.0, "rest": 0.5, "calls": calls}
@@ -271,7 +271,7 @@ def test_every_target_is_reported(monkeypatch):
 
 @pytest.fixture
 def no_cases(monkeypatch):
-    monkeypatch.setattr("timing.tables.case_names", lambda: ())
+    monkeypatch.setattr("corovec.timing.tables.case_names", lambda: ())
 
 
 def test_report_is_written_as_it_grows(tmp_path, no_cases):

@@ -1,7 +1,7 @@
 """Verdicts of the timings: ratios beside the paper's.  Seconds of unknown machines compare not."""
 
-from solver.kernels.lanes import WIDTH
-from verification.case import Row
+from corovec.solver.kernels.lanes import WIDTH
+from corovec.verification.case import Row
 
 from .printed import doubts
 
@@ -21,7 +21,7 @@ UNKNOWN = ("the paper's machine, compiler and elimination are not known: the rat
 
 
 def verdicts(ratios):
-    """:class:`verification.case.Row` s of a table's ratios (:func:`timing.tables.ratios`)."""
+    """``Row`` s of a table's ratios (``ratios``)."""
     doubted = doubts()
     for row in ratios:
         if row.get("dense_skyline") is None:

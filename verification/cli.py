@@ -6,8 +6,8 @@ import sys
 
 import click
 
-from solver.execution import complete, processes
-from solver.recorder import replacing, writable_path
+from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.runtime.execution import complete, processes
 
 from .registry import Outcome, describe, find, make_report, run_case
 

@@ -4,7 +4,7 @@ import signal
 
 from hypothesis import settings
 
-from solver import warm_up
+from corovec import warm_up
 
 # compiling a kernel takes longer than any per-example deadline; examples are the same every run
 settings.register_profile("corovec", deadline=None, derandomize=True, max_examples=200)

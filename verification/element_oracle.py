@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from solver.element import element_constants
-from solver.kernels import element as kernel
+from corovec.solver.kernels import element as kernel
+from corovec.solver.model.constants import element_constants
 
 from . import reference_element
 from .jets import Jet
@@ -43,7 +43,7 @@ def evaluate(c, x, p, A=None, n_rot=(3, 3, 3, 3)):
 
 
 def oracle(x, p, corners, normals, membrane="stress"):
-    """Energy of the independent element with its derivatives, a :class:`verification.jets.Jet`."""
+    """Energy of the independent element with its derivatives, a ``Jet``."""
     q = Jet.variables(np.hstack([x, p]).ravel()).reshape(4, 6)
     return reference_element.energy(q[:, :3], q[:, 3:], corners, normals, H, E, NU, membrane)
 

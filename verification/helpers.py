@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.linear import SuperLU
-from solver.statics import STATIC
-from solver.system import System
+from corovec.solver.statics.path import STATIC
+from corovec.solver.system.linear import SuperLU
+from corovec.solver.system.system import System
 
 COMMAND = Path(sys.executable).with_name("corovec")
 
@@ -45,7 +45,7 @@ def full_matrix(system):
 
 
 def no_loads(system):
-    """Loads of :meth:`System.loads_at`, all zero."""
+    """Loads of ``System.loads_at``, all zero."""
     model = system.model
     return (np.zeros(system.numbering.n_dof), np.zeros((len(model.nodes), 3)),
             np.zeros(len(model.quads)), False)

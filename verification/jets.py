@@ -1,6 +1,6 @@
 """Second-order automatic differentiation: an oracle for gradients and Hessians.
 
-A :class:`Jet` carries the value of a scalar, its gradient and its Hessian with respect to a fixed
+A ``Jet`` carries the value of a scalar, its gradient and its Hessian with respect to a fixed
 set of variables; arithmetic follows the product and chain rules exactly, so the derivatives are
 right to rounding error.  Nothing here is shared with the solver.
 """

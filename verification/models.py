@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Model, NodalLoad, TimeFunction, rigid_velocity
-from solver.mesh import block, join, node_at
+from corovec import Model, NodalLoad, TimeFunction, rigid_velocity
+from corovec.solver.model.mesh import block, join, node_at
 
 MATERIAL = {"thickness": 0.1, "youngs": 1e6, "poisson": 0.3, "density": 1.0}
 FORCES = ((-3.0, 0.0, 1.0), (0.0, 3.0, 0.0), (0.0, 0.0, -1.0), (3.0, 0.0, 0.0), (0.0, 0.0, 1.0),

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 
-import solver
+from corovec import solver
 
 ROOT = Path(solver.__file__).parent
 
@@ -57,13 +57,11 @@ def deviating_rows(mutant, case):
     with tempfile.TemporaryDirectory(prefix="corovec-mutant-") as folder:
         source, output = Path(folder) / "source.py", Path(folder) / "verdicts.json"
         source.write_text(mutant.source(), encoding="utf-8")
-        # the child imports the same packages as this process, wherever it is started
-        path = [str(ROOT.parent), os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, path))}
+        environment = dict(os.environ)
         if mutant.file.startswith("kernels/"):
             environment["NUMBA_CACHE_DIR"] = folder
         said = Path(folder) / "stderr"
-        command = [sys.executable, "-m", "verification.mutants", str(ROOT / mutant.file),
+        command = [sys.executable, "-m", "corovec.verification.mutants", str(ROOT / mutant.file),
                    str(source), case, str(output)]
         with open(said, "wb") as stderr, subprocess.Popen(
                 command, env=environment, cwd=folder, stdin=subprocess.PIPE,
@@ -84,7 +82,7 @@ def _end_with_parent():
 
 def _run_mutated(file, source, case, output):
     """Verdicts of one case with the text of ``source`` in the place of ``file``."""
-    for name in [name for name in sys.modules if name.partition(".")[0] == "solver"]:
+    for name in [name for name in sys.modules if name.startswith("corovec.solver")]:
         del sys.modules[name]
     original, replaced = SourceFileLoader.get_code, []
 

@@ -1,7 +1,7 @@
 """The strain energy of one element, written down once more from the paper, plainly and slowly.
 
 Independent of the solver's decomposition: Eqs. (1)-(15) evaluated at Gauss points with the assumed
-fields worked out in place.  Takes floats or :class:`verification.jets.Jet` s.
+fields worked out in place.  Takes floats or ``Jet`` s.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ def local_energy(t, rotation, local, thickness, youngs, poisson, membrane="stres
     """Strain energy as a function of the local variables.
 
     ``local`` (4, 3) holds the initial coordinates, ``normals`` (4, 3) the initial normals, which
-    forms of the shear other than the facet's need; see :func:`_side_shear`.
+    forms of the shear other than the facet's need; see ``_side_shear``.
     """
     u, v, w = t[:, 0], t[:, 1], t[:, 2]
     r_x, r_y = rotation[:, 0], rotation[:, 1]

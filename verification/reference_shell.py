@@ -1,7 +1,7 @@
 """Linear statics of a whole shell from the independent element, in director coordinates.
 
 Nothing is shared with the solver but the data of the model: the stiffness is the Hessian of
-:func:`verification.reference_element.energy` at rest, and normals turn in the plane that is
+``energy`` at rest, and normals turn in the plane that is
 tangential to them, without rotational variables.
 """
 
@@ -15,10 +15,10 @@ from .jets import Jet
 
 
 def solve_linear(model, **forms):
-    """Linear solution as :func:`solver.solve_linear` gives it, for nodal forces.
+    """Linear solution as ``solve_linear`` gives it, for nodal forces.
 
     Args:
-        model: :class:`solver.Model`; forms: ``membrane`` and ``shear`` of the reference element.
+        model: ``Model``; forms: ``membrane`` and ``shear`` of the reference element.
 
     Returns:
         (displacement (n_nodes, 3) [m], change of the normals (n_nodes, 3)).

@@ -3,8 +3,8 @@
 import time
 from typing import NamedTuple
 
-from solver import InputError
-from solver.provenance import machine, versions
+from corovec import InputError
+from corovec.solver.runtime.provenance import machine, versions
 
 from .case import KINDS, OK, Case
 from .suites import (
@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
 
 
 def run_case(case):
-    """:class:`Outcome` of a case, whatever it raises."""
+    """``Outcome`` of a case, whatever it raises."""
     clock = time.perf_counter()
     try:
         rows, error = case.run(), None

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from convergence import calibration, cli
-from convergence.calibration import calibrate, energy_after_unloading, find_factor
-from solver import InputError
-from solver.cases import (
+from corovec import InputError
+from corovec.benchmarks import (
     FOLDER,
     Calibration,
     case_names,
@@ -16,8 +14,10 @@ from solver.cases import (
     read_case,
     write_calibration,
 )
-from solver.mesh import line_nodes
-from verification.helpers import corovec
+from corovec.convergence import calibration, cli
+from corovec.convergence.calibration import calibrate, energy_after_unloading, find_factor
+from corovec.solver.model.mesh import line_nodes
+from corovec.verification.helpers import corovec
 
 NODES = {"l-plate": 48, "ruler": 31 * 5, "hemisphere": 1088, "plates": 507}
 """Of the coarsest mesh; printed for hemisphere and plates."""
@@ -258,7 +258,7 @@ def test_calibration_finds_a_known_factor(monkeypatch):
 def test_calibrate_command(tmp_path, monkeypatch):
     """Writes what was found; loads that leave nothing free are shown only."""
     path = tmp_path / "calibrated.json"
-    monkeypatch.setattr("solver.cases.write_calibration",
+    monkeypatch.setattr("corovec.benchmarks.write_calibration",
                         lambda name, found: write_calibration(name, found, path))
     monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (2.0, FOUND))
     shown = CliRunner().invoke(cli.calibrate, ["ruler", "--elements", "120"])

@@ -13,10 +13,10 @@ from functools import partial
 import pytest
 from click.testing import CliRunner
 
-import verification.cli
-from verification.case import Case, small
-from verification.cli import verify
-from verification.helpers import COMMAND, corovec
+from corovec.verification import cli
+from corovec.verification.case import Case, small
+from corovec.verification.cli import verify
+from corovec.verification.helpers import COMMAND, corovec
 
 QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
 
@@ -118,7 +118,7 @@ DEADLY = own("deadly", partial(os._exit, 3))
 
 def verdicts(monkeypatch, path, *cases):
     """``corovec verify`` of some cases: its result and the file it leaves."""
-    monkeypatch.setattr(verification.cli, "find", lambda names, quick: cases)
+    monkeypatch.setattr(cli, "find", lambda names, quick: cases)
     done = CliRunner().invoke(verify, ["--output", str(path), "--jobs", "2"],
                               standalone_mode=False)
     assert os.listdir(path.parent) == [path.name]
@@ -155,7 +155,7 @@ def test_verdicts_up_to_an_interrupt_are_kept(tmp_path):
     assert [case["name"] for case in report["cases"]] == ["patch-finite"]
 
 
-@pytest.mark.parametrize("module", ["solver.errors", "scipy", "numba"])
+@pytest.mark.parametrize("module", ["corovec.solver.errors", "scipy", "numba"])
 def test_interrupt_while_libraries_load_is_one_line(module):
     """Python tells what it has loaded (-X importtime), which makes the moment sure: the first
     module of ours, or one in the middle of the slow ones."""
@@ -172,11 +172,11 @@ def test_interrupt_while_libraries_load_is_one_line(module):
 
 def test_interrupt_lost_in_a_callback_ends_the_process():
     """As in the compiler's callbacks, whose exceptions Python drops."""
-    code = ("import corovec, solver.cli\n"
+    code = ("import corovec.__main__, corovec.solver.cli\n"
             "class Lost:\n"
             "    def __del__(self):\n"
             "        raise KeyboardInterrupt\n"
-            "solver.cli.main = Lost\n"
-            "corovec.main()\n")
+            "corovec.solver.cli.main = Lost\n"
+            "corovec.__main__.main()\n")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 130 and done.stderr.strip() == "corovec: error: interrupted"

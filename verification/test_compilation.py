@@ -8,13 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from solver import compilation, warm_up
+from corovec import warm_up
+from corovec.solver import compilation
 
 
 def test_the_second_process_compiles_the_kernel_that_assembles():
     """Its command ends well and tells a folder with the kernel's index and code."""
     warm_up()
-    run = subprocess.run([sys.executable, "-c", "from solver.compilation import compile_assembly; "
+    run = subprocess.run([sys.executable, "-c",
+                          "from corovec.solver.compilation import compile_assembly; "
                           "compile_assembly()"], capture_output=True, text=True, check=True)
     endings = {path.suffix for path in Path(run.stdout.strip()).glob(compilation.ASSEMBLY)}
     assert endings == {".nbi", ".nbc"}
@@ -52,7 +54,7 @@ def test_a_second_process_that_fails_loses_nothing(tmp_path, monkeypatch):
 def test_a_second_process_ends_with_the_first(tmp_path):
     """Killed while both compile, and interrupted: the second one is gone as well."""
     code = ("import os, signal, subprocess; from pathlib import Path\n"
-            "from solver import compilation; popen = subprocess.Popen\n"
+            "from corovec.solver import compilation; popen = subprocess.Popen\n"
             "subprocess.Popen = lambda *command, stderr, **options: popen(*command, **options)\n"
             f"with compilation._assembly_beside(Path({str(tmp_path)!r})):\n"
             "    os.kill(os.getpid(), signal.SIGKILL)")
@@ -74,7 +76,7 @@ def test_compiled_kernels_need_no_second_process(monkeypatch):
 
 def test_one_process_compiles_at_a_time(tmp_path):
     """A second one waits, and says so, until the first has left."""
-    code = ("from pathlib import Path; from solver import compilation\n"
+    code = ("from pathlib import Path; from corovec.solver import compilation\n"
             f"with compilation._one_at_a_time(Path({str(tmp_path)!r})):\n"
             "    print('here', flush=True)\n"
             "    input()")

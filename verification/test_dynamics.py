@@ -1,12 +1,12 @@
 """The schemes on free-flying plates: conservation, energy balance, and what breaks them.
 
-Drifts are normalised as in ``solver.simulation.Drift``.
+Drifts are normalised as in ``corovec.solver.dynamics.simulation.Drift``.
 """
 
 import numpy as np
 import pytest
 
-from solver import (
+from corovec import (
     Model,
     NodalLoad,
     Settings,
@@ -16,8 +16,8 @@ from solver import (
     make_scheme,
     simulate,
 )
-from solver.cases import load_case
-from verification.models import cross_code_plate, rectangle
+from corovec.benchmarks import load_case
+from corovec.verification.models import cross_code_plate, rectangle
 
 ENERGY, LINEAR, ANGULAR = 1e-7, 1e-11, 1e-9
 """Largest drifts in 1 s of free flight of the L-plate, dt = 1e-3 (asked by the core issue)."""

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numba import njit
 
-from solver.kernels import element as kernel
-from solver.kernels.lanes import WIDTH, lanes, zeros
-from verification import reference_element
-from verification.element_oracle import DERIVATIVES, NU, E, H, constants, relative
-from verification.jets import Jet
-from verification.models import random_quad
+from corovec.solver.kernels import element as kernel
+from corovec.solver.kernels.lanes import WIDTH, lanes, zeros
+from corovec.verification import reference_element
+from corovec.verification.element_oracle import DERIVATIVES, NU, E, H, constants, relative
+from corovec.verification.jets import Jet
+from corovec.verification.models import random_quad
 
 
 @pytest.mark.parametrize("seed", range(4))

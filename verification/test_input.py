@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver import (
+from corovec import (
     InputError,
     Model,
     NodalLoad,
@@ -23,10 +23,10 @@ from solver import (
     solve_linear,
     surface_load,
 )
-from solver.cases import FOLDER, load_case, read_case
-from solver.checks import HUGE, TINY
-from solver.mesh import node_at
-from verification.models import MATERIAL, rectangle
+from corovec.benchmarks import FOLDER, load_case, read_case
+from corovec.solver.checks import HUGE, TINY
+from corovec.solver.model.mesh import node_at
+from corovec.verification.models import MATERIAL, rectangle
 
 NODES = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], dtype=float)
 QUADS = np.array([(0, 1, 4, 3), (1, 2, 5, 4)])
@@ -241,7 +241,7 @@ def test_numbers_within_the_bounds_neither_overflow_nor_underflow(size, value):
 
 def test_loads_are_plain_data_whatever_they_are_made_of():
     """The same load in other types has the same fingerprint; other supports another one."""
-    from solver.provenance import fingerprint
+    from corovec.solver.runtime.provenance import fingerprint
     pulse = TimeFunction(np.array([0, 1]), [1, 0])
     plain = model(loads=[NodalLoad(3, (0.0, 0.0, 1.0), TimeFunction((0.0, 1.0), (1.0, 0.0)))])
     other = model(loads=(NodalLoad(np.int64(3), np.array([0, 0, 1.0]), pulse),))

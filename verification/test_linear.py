@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from solver import InputError
-from solver.kernels import gauss, skyline
-from solver.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
-from solver.numbering import number_dofs
-from solver.scheme import make_scheme
-from verification.helpers import full_matrix, make_system, no_loads
-from verification.models import cross_code_plate, rectangle, warped_patch
+from corovec import InputError
+from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.kernels import gauss, skyline
+from corovec.solver.system.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
+from corovec.solver.system.numbering import number_dofs
+from corovec.verification.helpers import full_matrix, make_system, no_loads
+from corovec.verification.models import cross_code_plate, rectangle, warped_patch
 
 
 def random_skyline(rng, n, reach, definite=True):

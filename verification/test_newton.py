@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from solver import Model, NodalLoad, Settings, Support, TimeFunction, simulate
-from solver.cases import load_case
-from solver.kernels import corotation
-from solver.linear import Banded, Skyline
-from verification.models import MATERIAL, rectangle, spinning
+from corovec import Model, NodalLoad, Settings, Support, TimeFunction, simulate
+from corovec.benchmarks import load_case
+from corovec.solver.kernels import transport as corotation
+from corovec.solver.system.linear import Banded, Skyline
+from corovec.verification.models import MATERIAL, rectangle, spinning
 
 PULSE = TimeFunction((0.0, 0.2, 0.4), (0.0, 1.0, 0.0))
 
@@ -62,7 +62,7 @@ def test_matrix_is_carried_around(factorizations, monkeypatch):
     without the rotation of the nodes it needs many times as many."""
     plate = spinning(rectangle(2.0, 1.0, (4, 2)), (1.0, 2.0, 2.0))
     settings = Settings(dt=0.01, end_time=6.0, frame_every=1000)
-    monkeypatch.setattr("solver.newton.PATIENCE", (11, 11))
+    monkeypatch.setattr("corovec.solver.dynamics.newton.PATIENCE", (11, 11))
     simulate(plate, settings)
     carried = len(factorizations)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from verification.helpers import corovec
+from corovec.verification.helpers import corovec
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from solver import (
+from corovec import (
     InputError,
     ResultFileError,
     Settings,
@@ -22,15 +22,15 @@ from solver import (
     line_load,
     load_control,
     read,
-    recorder,
     simulate,
-    statics,
     warm_up,
 )
-from solver.cases import load_case
-from verification.helpers import COMMAND, corovec
-from verification.models import cross_code_plate
-from verification.suites.nonlinear import roof, strip
+from corovec.benchmarks import load_case
+from corovec.solver.results import recorder
+from corovec.solver.statics import path as statics
+from corovec.verification.helpers import COMMAND, corovec
+from corovec.verification.models import cross_code_plate
+from corovec.verification.suites.nonlinear import roof, strip
 
 RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "2",
        "--frame-every", "25")
@@ -38,8 +38,9 @@ RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "2",
 STATIC_RUN = """
 import sys, time
 import numpy as np
-from solver import StaticSettings, arc_length, line_load, load_control, statics
-from verification.suites.nonlinear import roof, strip
+from corovec import StaticSettings, arc_length, line_load, load_control
+from corovec.solver.statics import path as statics
+from corovec.verification.suites.nonlinear import roof, strip
 
 method, path = sys.argv[1:]
 statics.ROOM = 2
@@ -540,7 +541,7 @@ def test_unknown_settings_are_refused_before_anything(tmp_path):
 def test_every_case_describes_itself():
     """A result names its case, mesh, settings, versions and machine."""
     model = load_case("l-plate").model(30)
-    from solver.provenance import describe
+    from corovec.solver.runtime.provenance import describe
     text = describe(model, Settings(dt=0.1, end_time=0.1), "banded", "l-plate")
     assert text["settings"]["tolerance"] == 1e-6 and text["settings"]["min_iterations"] == 3
     assert len(text["fingerprint"]) == 64 and text["machine"]["processor"]

@@ -8,14 +8,14 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from solver import Settings, Support, simulate
-from solver.kernels import rotation
-from solver.model import STEEPEST_COMPONENT
-from solver.newton import NewtonRule
-from solver.scheme import make_scheme
-from solver.system import StepRecord, System
-from verification.jets import Jet, norm
-from verification.models import rectangle, spinning
+from corovec import Settings, Support, simulate
+from corovec.solver.dynamics.newton import NewtonRule
+from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.kernels import charts as rotation
+from corovec.solver.model.model import STEEPEST_COMPONENT
+from corovec.solver.system.system import StepRecord, System
+from corovec.verification.jets import Jet, norm
+from corovec.verification.models import rectangle, spinning
 
 NONE = np.zeros((3, 3))
 GLOBAL, FOLLOWING = False, True

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver import (
+from corovec import (
     InputError,
     Model,
     NodalLoad,
@@ -22,9 +22,9 @@ from solver import (
     solve_linear,
     surface_load,
 )
-from solver.statics import STATIC
-from verification.helpers import central_differences, full_matrix, make_system
-from verification.models import rectangle, warped_patch
+from corovec.solver.statics.path import STATIC
+from corovec.verification.helpers import central_differences, full_matrix, make_system
+from corovec.verification.models import rectangle, warped_patch
 
 CLAMPED = ("x", "y", "z", "px", "py", "pz")
 

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from verification.case import OK, Row
-from verification.helpers import corovec
-from verification.mutants import deviating_rows
-from verification.registry import CASES
-from verification.suites import mutants
+from corovec.verification.case import OK, Row
+from corovec.verification.helpers import corovec
+from corovec.verification.mutants import deviating_rows
+from corovec.verification.registry import CASES
+from corovec.verification.suites import mutants
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if not case.slow],

@@ -9,9 +9,10 @@ stands at ``base[row] + offset[e, a, b] + stride * k``.
 import numpy as np
 from numba import njit, uint64
 
-from . import element, rotation
+from . import charts as rotation
+from . import element
+from .charts import CHART_LEFT
 from .lanes import WIDTH, lanes, new, pair
-from .rotation import CHART_LEFT
 
 
 @njit(cache=True)
@@ -83,7 +84,7 @@ def _gather_rows(rows, first, count, q):
 
 @njit(cache=True)
 def _put_rows(q, first, count, rows):
-    """The opposite of :func:`_gather_rows`."""
+    """The opposite of ``_gather_rows``."""
     for v in range(count):
         for k in range(q.shape[0]):
             rows[first + v, k] = q[k, v]
@@ -156,8 +157,8 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
     the end; with a zero stiffness factor the matrix is the mass matrix alone.
 
     Args:
-        elements: :class:`solver.element.Elements`.
-        numbering: (nodes, fixed (n_dof,), any fixed), nodes as in :mod:`solver.kernels.rotation`.
+        elements: ``Elements``.
+        numbering: (nodes, fixed (n_dof,), any fixed), nodes as in ``kernels.charts``.
         motion: (x, x_low, variables, chart, velocity, acceleration) at the start of the step.
         start_state: (p, t, b, e): normals, local variables and measures at the start.
         step: (alpha_f, factor of K_G, factors of delta, U_dot, U_ddot in Eq. 57b, then in Eq. 57a).
@@ -168,11 +169,11 @@ def step_system(elements, numbering, motion, start_state, step, averaged, delta,
         storage: (base, offset, diagonal, stride) of the linear solver.
         with_tangent: whether ``values`` is assembled too.
         mixed: (whether, e (n_elem, n_s), b (n_elem, 11)): the tangent takes its stresses from these
-            instead of from the strains; see :func:`predict_strains`.
+            instead of from the strains; see ``predict_strains``.
         values: storage of the matrix.
         residual: (3, n_dof) result: the residual with zeros at fixed dofs, the same without (minus
             the reaction there), and the applied load.
-        scratch: arrays of :func:`solver.system.scratch`.
+        scratch: arrays of ``scratch``.
 
     Returns:
         0, or CHART_LEFT when a normal leaves the chart of its rotational variables.

@@ -457,11 +457,11 @@ def add_pressure_stiffness(y, pressure, ke):
 
 
 WORK = ((9, 9), (9, 3), (4, 3, 3), (11, 3), (3, 3), (6, 6), (9, 3), (9, 3), (4, 3, 3), (3, 3))
-"""Shapes of the scratch arrays ``work`` of :func:`tangent`."""
+"""Shapes of the scratch arrays ``work`` of ``tangent``."""
 
 
 @njit(cache=True, no_cpython_wrapper=True)
 def workspace():
-    """Scratch lanes of :func:`tangent`, made once for all elements."""
+    """Scratch lanes of ``tangent``, made once for all elements."""
     return (new(WORK[0]), new(WORK[1]), new(WORK[2]), new(WORK[3]), new(WORK[4]), new(WORK[5]),
             new(WORK[6]), new(WORK[7]), new(WORK[8]), new(WORK[9]))

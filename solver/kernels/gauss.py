@@ -54,7 +54,7 @@ def mirror(a):
 
 @njit(cache=True)
 def solve(a, rows, x):
-    """Overwrite ``x`` with the solution; ``a``, ``rows`` from :func:`factor`."""
+    """Overwrite ``x`` with the solution; ``a``, ``rows`` from ``factor``."""
     n = a.shape[0]
     for k in range(n):
         x[k], x[rows[k]] = x[rows[k]], x[k]

@@ -4,9 +4,9 @@ An element kernel says nothing of the type of its numbers.  Given arrays of floa
 element, given arrays of *lanes* it computes ``WIDTH`` elements with the same operations in the same
 order (vector instructions of the processor), so the results are the same to the last bit.
 
-Lanes are float64 arrays whose last axis is the lane, seen through :func:`lanes`; a lane alone is
+Lanes are float64 arrays whose last axis is the lane, seen through ``lanes``; a lane alone is
 read and written in the float64 array itself.  Linear algebra takes them from any place of an array
-(:func:`load`) and puts them back (:func:`store`).
+(``load``) and puts them back (``store``).
 """
 
 import math

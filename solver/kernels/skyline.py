@@ -48,7 +48,7 @@ def factor(a, diagonal, first, reach, G, L, part):
     panel is kept transposed, so that lanes are neighbours in memory.
 
     Args:
-        a: storage; diagonal: (n,); first, reach, G, L, part: of :func:`workspace`.
+        a: storage; diagonal: (n,); first, reach, G, L, part: of ``workspace``.
 
     Returns:
         (number of negative pivots, -1), or (0, i) when pivot i is zero or not finite.
@@ -149,8 +149,8 @@ def _subtract(a, start, i, G, L, part):
 
 @njit(cache=True)
 def solve(a, diagonal, x, part):
-    """Overwrite ``x`` with the solution of L D L^T x = b; ``a`` from :func:`factor`, ``part`` of
-    :func:`workspace`."""
+    """Overwrite ``x`` with the solution of L D L^T x = b; ``a`` from ``factor``, ``part`` of
+    ``workspace``."""
     n = diagonal.shape[0]
     previous_end = -1
     for i in range(n):

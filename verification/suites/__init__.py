@@ -1,1 +1,1 @@
-"""Verification cases, one module a suite; ``verification.registry`` collects them."""
+"""Verification cases, one module a suite; ``corovec.verification.registry`` collects them."""

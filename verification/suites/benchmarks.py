@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from solver import Settings, read, simulate
-from solver.cases import load_case
-from verification.case import Case, small
+from corovec import Settings, read, simulate
+from corovec.benchmarks import load_case
+
+from ..case import Case, small
 
 
 def asymmetry(nodes, displacement, axis):

@@ -4,12 +4,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from solver import Model, Settings, make_scheme, rigid_velocity, simulate
-from solver.cases import load_case
-from solver.statics import STATIC
-from verification.case import Case, Row, small
-from verification.helpers import full_matrix, make_system, no_loads
-from verification.models import cross_code_plate, rectangle, spinning
+from corovec import Model, Settings, make_scheme, rigid_velocity, simulate
+from corovec.benchmarks import load_case
+from corovec.solver.statics.path import STATIC
+
+from ..case import Case, Row, small
+from ..helpers import full_matrix, make_system, no_loads
+from ..models import cross_code_plate, rectangle, spinning
 
 MASS_ONLY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -5,19 +5,20 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Model, NodalLoad, Settings, Support, simulate, solve_linear
-from solver.mesh import block, join
-from solver.statics import STATIC
-from verification.case import Case, Row, at_least, small
-from verification.helpers import (
+from corovec import Model, NodalLoad, Settings, Support, simulate, solve_linear
+from corovec.solver.model.mesh import block, join
+from corovec.solver.statics.path import STATIC
+
+from ..case import Case, Row, at_least, small
+from ..helpers import (
     central_differences,
     full_matrix,
     make_system,
     no_loads,
     static_system,
 )
-from verification.models import spinning
-from verification.suites.patch import ROUNDING
+from ..models import spinning
+from .patch import ROUNDING
 
 
 def star(angles, divisions=(2, 2), length=1.0, width=1.0, **options):

@@ -4,17 +4,18 @@ and the iteration matrix of a time step."""
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Model, NodalLoad, Support, solve_linear
-from solver.newton import NewtonRule
-from solver.scheme import make_scheme
-from solver.statics import STATIC
-from solver.system import StepRecord, System
-from verification.case import Case, Row, at_least, small
-from verification.element_oracle import DERIVATIVES, E, constants, evaluate, oracle, relative
-from verification.geometry import surface
-from verification.helpers import central_differences, full_matrix, make_system, no_loads
-from verification.models import random_quad, random_state, rectangle, spinning, warped_patch
-from verification.suites.linear import CLAMPED, OTHER
+from corovec import Model, NodalLoad, Support, solve_linear
+from corovec.solver.dynamics.newton import NewtonRule
+from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.statics.path import STATIC
+from corovec.solver.system.system import StepRecord, System
+
+from ..case import Case, Row, at_least, small
+from ..element_oracle import DERIVATIVES, E, constants, evaluate, oracle, relative
+from ..geometry import surface
+from ..helpers import central_differences, full_matrix, make_system, no_loads
+from ..models import random_quad, random_state, rectangle, spinning, warped_patch
+from .linear import CLAMPED, OTHER
 
 SHAPES = {
     "square": ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)),
@@ -167,7 +168,7 @@ def step_jacobian(system, state, step, delta):
 def newton(system, state, dt, rule, matrix):
     """Newton's iteration of a time step without loads, whatever its matrix.
 
-    ``matrix(system, state, step, delta)`` gives it as a full array; see :func:`step_jacobian`.
+    ``matrix(system, state, step, delta)`` gives it as a full array; see ``step_jacobian``.
 
     Returns:
         (increment (n_dof,), works |residual . correction| of the iterations).
@@ -283,7 +284,7 @@ def run_aspect():
 
 def run_warping():
     rows = []
-    from verification.suites.linear import plate
+    from .linear import plate
     for degrees in (30.0, 90.0, 180.0):
         tips = []
         for n in (12, 48):

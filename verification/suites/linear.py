@@ -8,9 +8,10 @@ better in bending within the plane, so a value nearer to 1 is a pass.
 
 import numpy as np
 
-from solver import Model, NodalLoad, Support, line_load, solve_linear, surface_load
-from verification.case import Case, Row, at_least
-from verification.geometry import cylinder, hemisphere_quarter, surface
+from corovec import Model, NodalLoad, Support, line_load, solve_linear, surface_load
+
+from ..case import Case, Row, at_least
+from ..geometry import cylinder, hemisphere_quarter, surface
 
 CLAMPED = ("x", "y", "z", "px", "py", "pz")
 SYMMETRY = {"x": ("x", "px"), "y": ("y", "py"), "z": ("z", "pz")}
@@ -24,7 +25,7 @@ FACET_SHEAR = ("the facet shear w,x + dr_x takes the normals along e_z: where a 
 
 
 def plate(mesh, thickness, youngs, poisson, loads, supports, **options):
-    """Model of a :class:`Surface` with unit density."""
+    """Model of a ``Surface`` with unit density."""
     return Model(mesh.nodes, mesh.quads, thickness, youngs, poisson, 1.0, loads=loads,
                  supports=supports, normals=mesh.normals, **options)
 
@@ -269,7 +270,7 @@ def run_pinched_cylinder():
 def linear_hemisphere(n, thickness=0.04, solve=solve_linear, **options):
     """Displacement of the loaded points of the quarter hemisphere with 18 degree hole.
 
-    ``solve`` gives the displacements of a model, as :func:`solver.solve_linear` does.
+    ``solve`` gives the displacements of a model, as ``solve_linear`` does.
     """
     mesh = hemisphere_quarter(10.0, 18.0, n)
     azimuth, elevation = mesh.parameters.T

@@ -2,25 +2,25 @@
 
 from functools import partial
 
-from verification.case import Case, at_least
-from verification.mutants import Mutant, deviating_rows
+from ..case import Case, at_least
+from ..mutants import Mutant, deviating_rows
 
 ELEMENT = (
-    Mutant("shear without assumed strains", "model.py", 'shear: str = "mitc4"',
+    Mutant("shear without assumed strains", "model/model.py", 'shear: str = "mitc4"',
            'shear: str = "compatible"', ("patch", "straight-beam")),
-    Mutant("membrane without assumed strains", "model.py", 'membrane: str = "stress"',
+    Mutant("membrane without assumed strains", "model/model.py", 'membrane: str = "stress"',
            'membrane: str = "compatible"', ("aspect-ratio",)),
-    Mutant("five strain modes instead of stress modes", "model.py",
+    Mutant("five strain modes instead of stress modes", "model/model.py",
            'membrane: str = "stress"', 'membrane: str = "strain"', ("aspect-ratio",)),
-    Mutant("shear correction 1 instead of 5/6", "element.py",
+    Mutant("shear correction 1 instead of 5/6", "model/constants.py",
            "SHEAR_CORRECTION = 5.0 / 6.0", "SHEAR_CORRECTION = 1.0", ("thick-beam",)),
-    Mutant("lumped mass", "element.py", "    return mass * (density * thickness)",
+    Mutant("lumped mass", "model/constants.py", "    return mass * (density * thickness)",
            "    mass = np.eye(4) * mass.sum(axis=2)[:, :, None]\n"
            "    return mass * (density * thickness)", ("rigid-body",)),
 )
 
 SCHEME = (
-    Mutant("angular momentum by one sum over nodes, Eq. (50) as printed", "simulation.py",
+    Mutant("angular momentum by one sum over nodes, Eq. (50) as printed", "dynamics/simulation.py",
            '("angular_momentum", instant.angular_momentum)',
            '("angular_momentum", instant.angular_momentum_printed)', ("conservation",)),
     Mutant("T at the end of the step: not symmetric about its middle",
@@ -28,12 +28,12 @@ SCHEME = (
            "weight * dy[k, c]\n        _gather_vertices(p_mid,",
            "dy[k, c]\n        _gather_vertices(p_end,",
            ("conservation",)),
-    Mutant("trapezoidal rule instead of the quasi scheme", "simulation.py",
+    Mutant("trapezoidal rule instead of the quasi scheme", "dynamics/simulation.py",
            'scheme: str = "quasi"', 'scheme: str = "newmark"', ("conservation",)),
-    Mutant("junction's tangent without the derivative of its spins", "kernels/rotation.py",
+    Mutant("junction's tangent without the derivative of its spins", "kernels/charts.py",
            "                value += 0.5 * _dot(rate, total)\n", "                pass\n",
            ("junction-tangent",)),
-    Mutant("variables in global axes", "simulation.py", 'axes: str = "nodal"',
+    Mutant("variables in global axes", "dynamics/simulation.py", 'axes: str = "nodal"',
            'axes: str = "global"', ("spin",)),
 )
 

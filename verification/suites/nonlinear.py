@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solver import (
+from corovec import (
     Model,
     NodalLoad,
     StaticSettings,
@@ -20,10 +20,11 @@ from solver import (
     line_moment,
     load_control,
 )
-from solver.statics import _Path
-from verification.case import Case, Row, at_least, small
-from verification.geometry import cylinder, hemisphere_quarter, surface
-from verification.suites.linear import CLAMPED, SYMMETRY, plate
+from corovec.solver.statics.path import _Path
+
+from ..case import Case, Row, at_least, small
+from ..geometry import cylinder, hemisphere_quarter, surface
+from .linear import CLAMPED, SYMMETRY, plate
 
 PUBLISHED = Path(__file__).parent.parent / "published" / "sze2004.toml"
 SOURCE = "Sze, Liu and Lo 2004, Finite Elem. Anal. Des. 40, 1551-1569, "

@@ -7,10 +7,11 @@ rigid rotation of 120 degrees.  Boundary values are prescribed, interior nodes a
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from solver import Model, Support, load_control
-from solver.statics import STATIC
-from verification.case import Case, Row, small
-from verification.helpers import full_matrix, make_system, no_loads
+from corovec import Model, Support, load_control
+from corovec.solver.statics.path import STATIC
+
+from ..case import Case, Row, small
+from ..helpers import full_matrix, make_system, no_loads
 
 NODES = np.array([(0, 0, 0), (0.24, 0, 0), (0.24, 0.12, 0), (0, 0.12, 0), (0.04, 0.02, 0),
                   (0.18, 0.03, 0), (0.16, 0.08, 0), (0.08, 0.08, 0)], dtype=float)

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from solver import Settings, StepError, simulate
-from verification.case import Case, Row, small
-from verification.models import rectangle, spinning
+from corovec import Settings, StepError, simulate
+
+from ..case import Case, Row, small
+from ..models import rectangle, spinning
 
 STEPS_PER_TURN = 40
 TOLERANCE = 1e-10

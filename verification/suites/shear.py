@@ -12,9 +12,9 @@ The independent element is solved with each form of the shear; the solver has th
 
 import numpy as np
 
-from verification.case import Case, Row, at_least, small
-from verification.reference_shell import solve_linear
-from verification.suites.linear import MACNEAL, MITC4_HEMISPHERE, OTHER, compare, linear_hemisphere
+from ..case import Case, Row, at_least, small
+from ..reference_shell import solve_linear
+from .linear import MACNEAL, MITC4_HEMISPHERE, OTHER, compare, linear_hemisphere
 
 REFERENCE = 0.0940
 LOST = {4: 0.4, 8: 0.015}

@@ -15,16 +15,16 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from threadpoolctl import threadpool_limits
 
-from .checks import count, floats, instance, integer, number, positive
-from .errors import InputError, StepError
-from .kernels import assembly
-from .linear import SingularMatrix
-from .loads import CONSTANT
-from .model import Model
-from .provenance import describe
-from .recorder import output_path
-from .static_result import Rows, StaticResult
-from .system import NOT_TOLD, State, System
+from ..checks import count, floats, instance, integer, number, positive
+from ..errors import InputError, StepError
+from ..kernels import assembly
+from ..model.loads import CONSTANT
+from ..model.model import Model
+from ..results.recorder import output_path
+from ..runtime.provenance import describe
+from ..system.linear import SingularMatrix
+from ..system.system import NOT_TOLD, State, System
+from .result import Rows, StaticResult
 
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Step factors of equilibrium at the end of the increment: no inertia, no averaging."""
@@ -96,14 +96,14 @@ def load_control(model, factors, settings=StaticSettings(), progress=None, *, ou
     A step that does not converge is divided, and grows again where it converges fast.
 
     Args:
-        model: :class:`solver.Model` with supports; factors: load factors to stop at.
-        settings: :class:`StaticSettings`; progress: called with (factor, last factor).
+        model: ``Model`` with supports; factors: load factors to stop at.
+        settings: ``StaticSettings``; progress: called with (factor, last factor).
         output: result file (HDF5), which gets a row and a frame for zero load and each factor.
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last factor if it exists.
 
     Returns:
-        :class:`StaticResult`, a row for each factor.
+        ``StaticResult``, a row for each factor.
 
     Raises:
         InputError: factors do not ascend, or a mechanism is left free.
@@ -151,7 +151,7 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
     ``wanted`` iterations are needed.
 
     Args:
-        model: :class:`solver.Model`; length: first arc length [m].
+        model: ``Model``; length: first arc length [m].
         until: function of a row ``(factor, displacement)`` that ends the path when true.
         settings, wanted: see above; max_steps: steps of the path at most.
         output: result file (HDF5), which gets every row and frame; ParaView shows their numbers as
@@ -160,7 +160,7 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
         resume: continue ``output`` from its last row if it exists; ``until`` may be another.
 
     Returns:
-        :class:`StaticResult`, a row for each step, the first at zero load.
+        ``StaticResult``, a row for each step, the first at zero load.
 
     Raises:
         InputError: a load depends on time or follows the shell, none acts on a free component, or
@@ -241,7 +241,7 @@ class _Path:
         self.indefinite = 0
 
     def result(self, first, clock):
-        """:class:`StaticResult` of the rows from ``first`` on."""
+        """``StaticResult`` of the rows from ``first`` on."""
         return StaticResult(*self.rows.columns(first), tuple(self.works), self.system.solver.name,
                             self.rows.indefinite, time.perf_counter() - clock)
 

@@ -66,7 +66,7 @@ def commit():
 
     Of sources that were installed from a folder, that folder's commit if they are still the same.
     """
-    folder = _installed_from(Path(__file__).parent)
+    folder = _installed_from(Path(__file__).parents[1])
     try:
         subprocess.run(["git", "ls-files", "--error-unmatch", "__init__.py"], cwd=folder,
                        check=True, capture_output=True)

@@ -5,16 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .errors import InputError, StepError
-from .kernels import assembly, rotation
+from ..dynamics.newton import KeptMatrix, iterate
+from ..errors import InputError, StepError
+from ..kernels import assembly
+from ..kernels import charts as rotation
+from ..model.loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from ..model.mesh import vector_areas
 from .linear import make_solver
-from .loads import CONSTANT, NodalLoad, NodalMoment, Pressure
-from .mesh import vector_areas
-from .newton import KeptMatrix, iterate
 from .numbering import number_dofs
 
 ROUNDOFF = 4.0 * np.finfo(float).eps
-"""Relative rounding error of a strain; see :meth:`System.roundoff_work`."""
+"""Relative rounding error of a strain; see ``System.roundoff_work``."""
 
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
@@ -33,7 +34,7 @@ class State:
     Attributes:
         x, x_low: (n_nodes, 3) positions and their rounding errors [m].
         variables: (n_nodes, 3) rotational variables; chart: (n_nodes, 3, 3), their axes, see
-            :mod:`solver.kernels.rotation`.
+            ``kernels.charts``.
         velocity, acceleration: (n_dof,) U_dot and U_ddot.
         external_work: work of the loads since t = 0 [J].
     """
@@ -223,7 +224,7 @@ class System:
     def advance(self, state, scheme, rule, start, dt, record, depth=0):
         """Move ``state`` from ``start`` to ``start + dt``; halves the step where Newton fails.
 
-        Returns the :class:`Instant` at the end and adds to ``record``.
+        Returns the ``Instant`` at the end and adds to ``record``.
 
         Raises:
             StepError: the step did not converge although halved ``MAX_HALVINGS`` times.

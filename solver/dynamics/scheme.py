@@ -1,13 +1,13 @@
 """Generalized-midpoint time integration: its parameters and coefficients (paper Eqs. 56, 57).
 
 A scheme is data: four integration parameters and where the transformation T is taken.  The step
-itself (:mod:`solver.system`) is the same for all of them.
+itself (``system.system``) is the same for all of them.
 """
 
 from dataclasses import dataclass
 
-from .checks import choice
-from .errors import InputError
+from ..checks import choice
+from ..errors import InputError
 
 SCHEMES = ("quasi", "newmark")
 TRANSFORMATIONS = ("midpoint", "average")

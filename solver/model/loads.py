@@ -1,7 +1,7 @@
 """What acts on a shell: functions of time, nodal loads, pressure, supports; line and surface loads.
 
 Everything is plain data (ints, floats, tuples), checked when made; what depends on a mesh is
-checked by :class:`solver.Model`.
+checked by ``Model``.
 """
 
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import choice, distinct, existing, floats, integer, integers, number, vector
-from .element import GAUSS, shape_functions
-from .errors import InputError
+from ..checks import choice, distinct, existing, floats, integer, integers, number, vector
+from ..errors import InputError
+from .constants import GAUSS, shape_functions
 from .mesh import check_connectivity, node_numbers
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")

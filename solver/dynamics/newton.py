@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .errors import InputError
-from .kernels import corotation
-from .linear import SingularMatrix, row_lengths
+from ..errors import InputError
+from ..kernels import transport as corotation
+from ..system.linear import SingularMatrix, row_lengths
 
 NEWTON = ("modified", "full")
 """One factorization for many iterations, or a new matrix in each (the paper's)."""
@@ -138,7 +138,7 @@ class KeptMatrix:
         return self._system.factorize()
 
     def keep(self, step, state):
-        """As :meth:`make`, and keep it for other steps; this one starts at ``state``."""
+        """As ``make``, and keep it for other steps; this one starts at ``state``."""
         negative = self.make()
         self._step = step
         corotation.keep(*self._place(state), self._frames, self._rates)
@@ -173,7 +173,7 @@ def iterate(system, state, scheme, rule, dt, loads, record):
     """The increment of a step of length ``dt`` from ``state`` under ``loads``.
 
     Args:
-        system: :class:`solver.system.System`; record: :class:`solver.system.StepRecord`, added to.
+        system: ``System``; record: ``StepRecord``, added to.
 
     Returns:
         (increment (n_dof,), None), or (None, the reason why there is none).

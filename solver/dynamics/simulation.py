@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from .checks import choice, instance, integer, number, positive
-from .errors import InputError
-from .linear import SOLVERS
-from .model import Model
+from ..checks import choice, instance, integer, number, positive
+from ..errors import InputError
+from ..model.model import Model
+from ..results.recorder import Recorder, output_path
+from ..runtime.provenance import describe
+from ..system.linear import SOLVERS
+from ..system.system import AXES, Seconds, StepRecord, System
 from .newton import NEWTON, NewtonRule
-from .provenance import describe
-from .recorder import Recorder, output_path
 from .scheme import make_scheme
-from .system import AXES, Seconds, StepRecord, System
 
 DEFAULT_FRAMES = 200
 """Frames written at most, beside the first, when their interval is not given."""
@@ -40,12 +40,12 @@ class Settings:
 
     Attributes:
         dt: time step [s]; end_time: simulated time [s], a multiple of dt.
-        scheme, rho_inf, transformation: see :func:`solver.make_scheme`.
+        scheme, rho_inf, transformation: see ``make_scheme``.
         axes: in which the rotational variables are components: ``global``, switched as in the
-            paper, or ``nodal``, axes that follow each node; see :mod:`solver.kernels.rotation`.
+            paper, or ``nodal``, axes that follow each node; see ``kernels.charts``.
         solver: ``auto``, ``skyline`` or ``dense``.
         newton: ``modified``: a factorization serves for many iterations and steps; ``full``: a new
-            one each time, as in the paper.  See :mod:`solver.newton`.
+            one each time, as in the paper.  See ``dynamics.newton``.
         tolerance: of the work ratio cc, Eq. (67); min_iterations: of ``full``.
         max_iterations: iterations after which a step is halved.
         frame_every: steps between two frames (and checkpoints); 0 for about 200 frames a run.
@@ -95,7 +95,7 @@ class Settings:
 
     @property
     def rule(self):
-        """:class:`solver.newton.NewtonRule`."""
+        """``NewtonRule``."""
         return NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
                           self.newton == "modified")
 
@@ -124,13 +124,13 @@ class Result:
     """Histories and last state of a run.
 
     Attributes:
-        history: (n_steps + 1,) structured array, fields of ``solver.simulation.HISTORY``.
+        history: (n_steps + 1,) structured array, fields of ``HISTORY``.
         displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
             junction that of its first plate.
         unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
-        settings: :class:`Settings`.
+        settings: ``Settings``.
     """
 
     history: np.ndarray
@@ -149,7 +149,7 @@ class Result:
 
     @property
     def drift(self):
-        """:class:`Drift` since unloading; None if the run ends before or there."""
+        """``Drift`` since unloading; None if the run ends before or there."""
         return drift(self.history, self.unloaded_at, self.supported)
 
 
@@ -165,7 +165,7 @@ def unloaded_row(history, unloaded_at):
 
 
 def drift(history, unloaded_at, supported=False):
-    """:class:`Drift` of a history since ``unloaded_at``; None where it ends before or there."""
+    """``Drift`` of a history since ``unloaded_at``; None where it ends before or there."""
     first = unloaded_row(history, unloaded_at)
     if first is None or first == len(history) - 1:
         return None
@@ -191,7 +191,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
 
     Args:
-        model: :class:`solver.Model`; settings: :class:`Settings`.
+        model: ``Model``; settings: ``Settings``.
         output: result file (HDF5); None keeps the result in memory only.
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last checkpoint if it exists.
@@ -199,7 +199,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         case: name and mesh of a benchmark, stored with the result.
 
     Returns:
-        :class:`Result`.
+        ``Result``.
 
     Raises:
         InputError: a wrong parameter; nothing has been computed.

@@ -10,9 +10,9 @@ from itertools import product
 
 import numpy as np
 
-from .checks import TINY, choice, existing, floats, integers, number, vector
-from .element import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants, side_by_side
-from .errors import InputError
+from ..checks import TINY, choice, existing, floats, integers, number, vector
+from ..errors import InputError
+from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants, side_by_side
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import FOLD_ANGLE, LEAST_SPREAD, Directors, check_mesh, find_directors, node_numbers
 
@@ -29,9 +29,9 @@ class Model:
         nodes: (n_nodes, 3) initial coordinates [m].
         quads: (n_elem, 4) node numbers, counter-clockwise about the normal.
         thickness, youngs, poisson, density: h [m], E [Pa], nu, rho [kg/m^3]; numbers or (n_elem,).
-        loads: :class:`NodalLoad` s, :class:`NodalMoment` s and :class:`Pressure` s; see
-            :mod:`solver.loads` for line and surface loads.
-        supports: :class:`Support` s; none for a free-flying shell.
+        loads: ``NodalLoad`` s, ``NodalMoment`` s and ``Pressure`` s; see
+            ``model.loads`` for line and surface loads.
+        supports: ``Support`` s; none for a free-flying shell.
         normals: (n_directors, 3) initial unit normals; left out, the mean of the element normals
             at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved shell that
             mean is one-sided: give the exact ones there.  A smooth shell has one director a node;
@@ -44,7 +44,7 @@ class Model:
         fold_angle: neighbours whose normals differ by this angle [degrees] or more belong to
             different plates, which meet at a junction.
         patches: (n_elem,) numbers of the plates, instead of finding them by the angle.
-        directors: :class:`solver.mesh.Directors`, found when the model is made.
+        directors: ``Directors``, found when the model is made.
 
     Raises:
         InputError: for anything that cannot be a shell, naming it.
@@ -142,7 +142,7 @@ class Model:
 
     @cached_property
     def elements(self):
-        """Constants of all elements, :class:`solver.element.Elements`."""
+        """Constants of all elements, ``Elements``."""
         constants = element_constants(
             self.nodes[self.quads], self.normals[self.directors.vertices], self.thickness,
             self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
@@ -201,7 +201,7 @@ class Model:
 
 
 def rigid_velocity(model, velocity, omega, about=(0.0, 0.0, 0.0)):
-    """Initial velocities of a rigid motion: ``(dx/dt, dp/dt)`` for :class:`Model`.
+    """Initial velocities of a rigid motion: ``(dx/dt, dp/dt)`` for ``Model``.
 
     ``dx/dt = v + omega x (X - about)``, ``dp/dt = omega x p``; v [m/s], omega [rad/s].
     """

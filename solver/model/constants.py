@@ -1,7 +1,7 @@
 """Constants of the four-node shell element: everything that does not change while it moves.
 
 Paper section 2 (strains, Eqs. 15-17) and section 3 (mass, Eqs. 38-41).  The kernels in
-:mod:`solver.kernels.element` read these arrays; no loop over Gauss points is left at run time.
+``kernels.element`` read these arrays; no loop over Gauss points is left at run time.
 Entity axis first, ``(n_elem, ...)``, or groups of ``WIDTH`` elements side by side.
 """
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .kernels.lanes import WIDTH, zeros
+from ..kernels.lanes import WIDTH, zeros
 
 GAUSS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) / np.sqrt(3.0)
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -22,7 +22,7 @@ class Elements(NamedTuple):
     """Connectivity and constants of all elements, as the kernels take them.
 
     y0, r0, l, Q and k_b are given here for one element; they are stored side by side, see
-    :func:`side_by_side`.
+    ``side_by_side``.
 
     Attributes:
         nodes: (n_elem, 4) node of each vertex.
@@ -49,7 +49,7 @@ class Elements(NamedTuple):
 
 def side_by_side(array):
     """``(n_elem, ...)`` as groups of ``WIDTH`` elements, the last one repeated to fill the last
-    group: ``(n_groups, ..., WIDTH)``, as :mod:`solver.kernels.lanes` takes them."""
+    group: ``(n_groups, ..., WIDTH)``, as ``kernels.lanes`` takes them."""
     missing = -len(array) % WIDTH
     filled = np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
     grouped = filled.reshape(-1, WIDTH, *array.shape[1:])
@@ -76,7 +76,7 @@ def initial_frames(corners):
 
 
 def element_constants(corners, normals, thickness, youngs, poisson, density, *, membrane, shear):
-    """Arrays of :class:`Elements` (without connectivity) from the initial configuration.
+    """Arrays of ``Elements`` (without connectivity) from the initial configuration.
 
     Args:
         corners: (n_elem, 4, 3) initial vertex positions [m].

@@ -3,15 +3,12 @@
 import os
 import signal
 import sys
-import threading
-import time
 
-PARENT = "COROVEC_PARENT"
-"""Variable with the process without which this one ends, however that one died."""
+from corovec.solver.runtime.process import end_with_parent
 
 
 def main():
-    """Run :func:`solver.cli.main`.
+    """Run ``main``.
 
     Libraries that are interrupted while they load may end with a traceback or lose the interrupt,
     so that until they are there it ends the process at once.  Later it is an exception, which only
@@ -21,23 +18,10 @@ def main():
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)
     sys.unraisablehook = _lost
-    from solver.cli import main
+    from corovec.solver.cli import main
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     main()
-
-
-def end_with_parent():
-    """If there is a process without which this one ends, end with it."""
-    parent = os.environ.pop(PARENT, "")
-    if parent:
-        threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
-
-
-def _end_with(parent):
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    os._exit(1)
 
 
 def _interrupted(*_):

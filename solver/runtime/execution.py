@@ -1,6 +1,6 @@
 """Where runs are executed: worker processes of this machine, or those of a Dask scheduler.
 
-Both are a ``concurrent.futures.Executor``; :func:`complete` is the loop over either.
+Both are a ``concurrent.futures.Executor``; ``complete`` is the loop over either.
 """
 
 import math
@@ -21,9 +21,9 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from solver import InputError
-from solver.checks import integer
-from solver.provenance import usable_cores
+from ..checks import integer
+from ..errors import InputError
+from .provenance import usable_cores
 
 CONNECT = 10.0
 """Seconds within which a scheduler must answer, and have a worker."""

@@ -3,10 +3,10 @@
 Each solver owns the storage that the assembly writes to (its lower triangle) and has
 
 - ``name``: which solver it is, recorded with every result;
-- ``storage``: ``(base, offset, diagonal, stride)``, see :mod:`solver.kernels.assembly`;
-- ``values``: the 1-D array of that storage; :meth:`factor` may overwrite it;
+- ``storage``: ``(base, offset, diagonal, stride)``, see ``kernels.assembly``;
+- ``values``: the 1-D array of that storage; ``factor`` may overwrite it;
 - ``factor()``: factorize ``values``; returns how many pivots are negative (None where the method
-  does not tell), raises :class:`SingularMatrix`;
+  does not tell), raises ``SingularMatrix``;
 - ``solve(rhs)``: a new vector.
 """
 
@@ -17,8 +17,8 @@ from scipy.linalg import lapack
 from scipy.sparse import csc_array, csr_array, triu
 from scipy.sparse.linalg import splu
 
-from .errors import InputError
-from .kernels import gauss, skyline
+from ..errors import InputError
+from ..kernels import gauss, skyline
 
 SOLVERS = ("auto", "skyline", "dense")
 
@@ -129,7 +129,7 @@ class Banded:
 
     @cached_property
     def _skyline(self):
-        """A :class:`Skyline`, and where each of its values stands in the band."""
+        """A ``Skyline``, and where each of its values stands in the band."""
         other = Skyline(self._numbering)
         base, _, diagonal, _ = other.storage
         rows = np.repeat(np.arange(len(diagonal)), np.diff(diagonal, prepend=-1))

@@ -8,9 +8,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from .checks import TINY, plain_array
-from .element import CORNERS, jacobians, shape_functions
-from .errors import InputError
+from ..checks import TINY, plain_array
+from ..errors import InputError
+from .constants import CORNERS, jacobians, shape_functions
 
 MERGE = 1e-9
 """Nodes closer than this fraction of the mesh's size are one node."""

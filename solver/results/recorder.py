@@ -30,8 +30,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .errors import InputError, ResultFileError
-from .system import State
+from ..errors import InputError, ResultFileError
+from ..system.system import State
 
 FORMAT = "corovec-run-2"
 
@@ -216,7 +216,7 @@ def read(path):
 
 
 def output_path(output, overwrite, resume):
-    """The file that a run may write to, or None; see :func:`writable_path`."""
+    """The file that a run may write to, or None; see ``writable_path``."""
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other")
     return None if output is None else writable_path(output, overwrite or resume)
@@ -383,7 +383,7 @@ def _pack(state):
 
 
 def _unpack(packed, state):
-    """Fill ``state`` from :func:`_pack`."""
+    """Fill ``state`` from ``_pack``."""
     at = 0
     for name in State.ARRAYS:
         array = getattr(state, name)

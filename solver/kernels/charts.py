@@ -27,7 +27,7 @@ CHART_LIMIT = 0.95
 """n^2 + m^2 (and k^2 / (1 - n^2)) beyond which a chart is left: far outside a sound step."""
 
 CHART_LEFT = 1
-"""Returned by :func:`advance_nodes` when a director leaves its chart."""
+"""Returned by ``advance_nodes`` when a director leaves its chart."""
 
 SWITCH_RATIO = 1.001
 """Hysteresis of global axes: t_3 changes once another component exceeds that along t_3 by this

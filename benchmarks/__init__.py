@@ -23,10 +23,10 @@ from pydantic import (
     model_validator,
 )
 
-from ..errors import InputError
-from ..loads import NodalLoad, TimeFunction, line_load
-from ..mesh import block, join, line_nodes, node_at, sphere_segment
-from ..model import Model
+from corovec.solver.errors import InputError
+from corovec.solver.model.loads import NodalLoad, TimeFunction, line_load
+from corovec.solver.model.mesh import block, join, line_nodes, node_at, sphere_segment
+from corovec.solver.model.model import Model
 
 FOLDER = Path(__file__).parent
 CALIBRATED = FOLDER / "calibrated.json"
@@ -54,7 +54,7 @@ class Sourced(_Strict, Generic[T]):
 
 
 def _in(unit, kind):
-    """The type of a :class:`Sourced` value in a unit, the only one that the code understands."""
+    """The type of a ``Sourced`` value in a unit, the only one that the code understands."""
 
     def check(sourced):
         if sourced.unit != unit:
@@ -77,7 +77,7 @@ class Block(_Strict):
 
 
 class Sphere(_Strict):
-    """Segment of a sphere between two parallels, see :func:`solver.mesh.sphere_segment`."""
+    """Segment of a sphere between two parallels, see ``sphere_segment``."""
 
     radius: _in("m", Positive)
     polar_angles: _in("deg", tuple[Polar, Polar])
@@ -149,7 +149,7 @@ class History(_Strict):
         return self
 
     def function(self, factor=1.0):
-        """:class:`solver.TimeFunction` of the history times ``factor``."""
+        """``TimeFunction`` of the history times ``factor``."""
         factor *= self.peak.value if self.peak else 1.0
         return TimeFunction(self.times, [factor * value for value in self.values])
 
@@ -170,7 +170,7 @@ class Load(_Strict):
         return self
 
     def nodal(self, nodes, quads, function):
-        """The load as :class:`solver.NodalLoad` s."""
+        """The load as ``NodalLoad`` s."""
         if self.at:
             return [NodalLoad(node_at(nodes, self.at.value), self.force.value, function)]
         return line_load(nodes, line_nodes(nodes, quads, *self.line.value), self.force.value,
@@ -293,7 +293,7 @@ class Case(_Strict):
         return next((name for name, h in self.histories.items() if h.peak), None)
 
     def calibrated(self, calibration):
-        """The case with the peak of a :class:`Calibration`.
+        """The case with the peak of a ``Calibration``.
 
         Raises:
             InputError: it has no history with a peak.
@@ -319,7 +319,7 @@ class Case(_Strict):
         return self.geometry.mesh(mesh.refinement)
 
     def loads_on(self, nodes, quads, factor=1.0):
-        """The loads, times ``factor``, as :class:`solver.NodalLoad` s of a mesh.
+        """The loads, times ``factor``, as ``NodalLoad`` s of a mesh.
 
         Raises:
             InputError: a load point or line that the mesh does not have.
@@ -334,10 +334,10 @@ class Case(_Strict):
         return loads
 
     def model(self, elements, load_factor=1.0, **options):
-        """:class:`solver.Model` of the mesh with ``elements`` elements; options as of Model.
+        """``Model`` of the mesh with ``elements`` elements; options as of Model.
 
         Raises:
-            InputError: no such mesh, or as of :meth:`loads_on`.
+            InputError: no such mesh, or as of ``loads_on``.
         """
         nodes, quads, normals = self.mesh(elements)
         values = {name: sourced.value for name, sourced in self.parameters}
@@ -389,7 +389,7 @@ def load_case(name):
 
 
 def read_case(path):
-    """The case defined in the file ``path``; errors as of :func:`load_case`."""
+    """The case defined in the file ``path``; errors as of ``load_case``."""
     try:
         with open(path, "rb") as file:
             return _valid(path, Case.model_validate, tomllib.load(file))
@@ -400,7 +400,7 @@ def read_case(path):
 
 
 def read_calibrations(path=CALIBRATED):
-    """``{case: Calibration}`` of the file; errors as of :func:`load_case`."""
+    """``{case: Calibration}`` of the file; errors as of ``load_case``."""
     text = path.read_text(encoding="utf-8") if path.exists() else "{}"
     return _valid(path, TypeAdapter(dict[str, Calibration]).validate_json, text)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .recorder import Recorder, read
+from ..results.recorder import Recorder, read
 
 HISTORY = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
@@ -74,7 +74,7 @@ class Rows:
         return self._nodal[k]["displacement"]
 
     def columns(self, first):
-        """The arrays of a :class:`StaticResult`, of the rows from ``first`` on."""
+        """The arrays of a ``StaticResult``, of the rows from ``first`` on."""
         history = np.concatenate(self._history[first:])
         displacement, normals, reactions = (
             np.array([nodal[name] for nodal in self._nodal[first:]]) for name in NODAL)

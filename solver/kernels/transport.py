@@ -10,7 +10,8 @@ of the normal (or to the spin of a junction) and P maps turned ones to the prese
 import numpy as np
 from numba import njit
 
-from . import element, rotation
+from . import charts as rotation
+from . import element
 
 
 @njit(cache=True)
@@ -45,7 +46,7 @@ def keep(nodes, quads, corner, x, x_low, chart, p, A1, frames, rates):
 
 @njit(cache=True)
 def carry(nodes, quads, corner, x, x_low, chart, p, A1, held, frames, rates, Q, J):
-    """Blocks ``Q`` and ``J`` (n_nodes, 3, 3) of T since :func:`keep`; 1 at nodes that are held."""
+    """Blocks ``Q`` and ``J`` (n_nodes, 3, 3) of T since ``keep``; 1 at nodes that are held."""
     n_rot = nodes[1]
     y, frame, variables = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     unused, turned = np.empty((3, 3)), np.empty(3)

@@ -1,0 +1,1 @@
+"""Motion in time: schemes, Newton's iteration, steps, runs."""

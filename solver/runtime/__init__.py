@@ -1,0 +1,1 @@
+"""Processes, and what a result depends on."""

@@ -1,0 +1,26 @@
+"""Processes that end with the one that started them."""
+
+import os
+import threading
+import time
+
+PARENT = "COROVEC_PARENT"
+"""Variable with the process without which this one ends, however that one died."""
+
+
+def child_environment(**variables):
+    """Environment of a child process that calls ``end_with_parent``."""
+    return {**os.environ, **variables, PARENT: str(os.getpid())}
+
+
+def end_with_parent():
+    """If there is a process without which this one ends, end with it."""
+    parent = os.environ.pop(PARENT, "")
+    if parent:
+        threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
+
+
+def _end_with(parent):
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)

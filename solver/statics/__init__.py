@@ -1,0 +1,1 @@
+"""Equilibrium: linear solution, load control, arc length."""

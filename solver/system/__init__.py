@@ -1,0 +1,1 @@
+"""From unknowns to positions and normals: numbering, coordinates, the discrete system, matrices."""

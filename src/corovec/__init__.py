@@ -1,0 +1,76 @@
+"""Co-rotational four-node shell dynamics with vectorial rotational variables.
+
+A ``Model`` is made of arrays, ``simulate`` runs it with ``Settings`` and returns a
+``Result``; ``read`` opens a result file.  ``corovec.benchmarks`` holds the paper's
+benchmarks; ``corovec.verification``, ``convergence``, ``timing`` and ``reports`` are the suites.
+
+Names are loaded when they are first asked for, so that the command line can deal with interrupts
+before its libraries are there.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .solver.compilation import warm_up
+    from .solver.dynamics.scheme import Scheme
+    from .solver.dynamics.simulation import (
+        Drift,
+        Result,
+        Settings,
+        drift,
+        simulate,
+        total_energy,
+    )
+    from .solver.errors import InputError, ResultFileError, StepError
+    from .solver.model.loads import (
+        NodalLoad,
+        NodalMoment,
+        Pressure,
+        Support,
+        TimeFunction,
+        line_load,
+        line_moment,
+        surface_load,
+    )
+    from .solver.model.model import Model, rigid_velocity
+    from .solver.results.recorder import read
+    from .solver.statics.path import StaticSettings, arc_length, load_control, solve_linear
+    from .solver.statics.result import StaticResult
+
+_WHERE = {
+    "compilation": ("warm_up",),
+    "dynamics.scheme": ("Scheme", "make_scheme"),
+    "dynamics.simulation": ("Drift", "Result", "Settings", "drift", "simulate", "total_energy"),
+    "errors": ("InputError", "ResultFileError", "StepError"),
+    "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
+                    "line_moment", "surface_load"),
+    "model.model": ("Model", "rigid_velocity"),
+    "results.recorder": ("read",),
+    "statics.path": ("StaticSettings", "arc_length", "load_control", "solve_linear"),
+    "statics.result": ("StaticResult",),
+}
+_MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
+
+__all__ = [
+    "Drift", "InputError", "Model", "NodalLoad", "NodalMoment", "Pressure", "Result",
+    "ResultFileError", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
+    "Support", "TimeFunction", "arc_length", "drift", "line_load", "line_moment", "load_control",
+    "make_scheme", "read", "rigid_velocity", "simulate", "solve_linear", "surface_load",
+    "total_energy", "warm_up",
+]
+
+if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
+    __path__.append(str(Path(__file__).parents[2]))
+
+
+def __getattr__(name):
+    if name not in _MODULE:
+        raise AttributeError(f"module 'corovec' has no attribute '{name}'")
+    value = globals()[name] = getattr(import_module(_MODULE[name]), name)
+    return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})
