@@ -7,6 +7,8 @@ Tables 2, 4, 6, 8).  It exploits neither symmetry nor sparsity, on purpose.
 import numpy as np
 from numba import njit
 
+from .arguments import DONE
+
 SQUARE = 32
 """Rows of the squares in which a matrix is mirrored."""
 
@@ -15,7 +17,7 @@ SQUARE = 32
 def factor(a, rows):
     """Overwrite ``a`` (n, n) with its LU factors; ``rows`` (n,) records the row exchanges.
 
-    Returns -1, or the index of the first pivot that is zero or not finite.
+    Returns the index of the first pivot that is zero or not finite, or ``DONE``.
     """
     n = a.shape[0]
     for k in range(n):
@@ -37,7 +39,7 @@ def factor(a, rows):
             lower = a[i, k + 1:]
             for j in range(len(lower)):
                 lower[j] -= multiplier * upper[j]
-    return -1
+    return DONE
 
 
 @njit(cache=True)

@@ -8,6 +8,7 @@ The paper's "one-dimensional storage + LDL^T decomposition" (Tables 2, 4, 6, 8).
 import numpy as np
 from numba import njit
 
+from .arguments import DONE, Pivots
 from .lanes import WIDTH, load, store, zeros
 
 PANEL = WIDTH
@@ -51,7 +52,7 @@ def factor(a, diagonal, first, reach, G, L, part):
         a: storage; diagonal: (n,); first, reach, G, L, part: of ``workspace``.
 
     Returns:
-        (number of negative pivots, -1), or (0, i) when pivot i is zero or not finite.
+        ``Pivots``.
     """
     n = diagonal.shape[0]
     negative = 0
@@ -60,8 +61,8 @@ def factor(a, diagonal, first, reach, G, L, part):
         stop = reach[k1 - 1]
         _take(a, diagonal, first, k0, k1, stop, G)
         below, failed = _eliminate(G, L, k1 - k0, stop - k0)
-        if failed >= 0:
-            return 0, k0 + failed
+        if failed != DONE:
+            return Pivots(0, k0 + failed)
         negative += below
         _put(a, diagonal, first, k0, k1, stop, L)
         for k in range(k1 - k0):
@@ -69,7 +70,7 @@ def factor(a, diagonal, first, reach, G, L, part):
         for i in range(k1, stop):
             if first[i] < k1:
                 _subtract(a, diagonal[i] - i + k1, i - k1, G, L, part)
-    return negative, -1
+    return Pivots(negative, DONE)
 
 
 @njit(cache=True)
@@ -102,7 +103,7 @@ def _put(a, diagonal, first, k0, k1, stop, L):
 
 @njit(cache=True)
 def _eliminate(G, L, size, rows):
-    """G and L of one panel; (negative pivots, -1), or (0, k) when pivot k is zero or not finite."""
+    """G and L of one panel; its ``Pivots``."""
     width = G.shape[1]
     negative = 0
     for k in range(size):
@@ -112,7 +113,7 @@ def _eliminate(G, L, size, rows):
                 G[k, i] -= multiplier * G[q, i]
         pivot = G[k, k]
         if pivot == 0.0 or not np.isfinite(pivot):
-            return 0, k
+            return Pivots(0, k)
         if pivot < 0.0:
             negative += 1
         inverse = 1.0 / pivot
@@ -125,7 +126,7 @@ def _eliminate(G, L, size, rows):
                 g -= L[q, k] * load(G, q * width + i)
             store(G, k * width + i, g)
             store(L, k * width + i, g * (1.0 / G[k, k]))
-    return negative, -1
+    return Pivots(negative, DONE)
 
 
 @njit(cache=True)
@@ -148,6 +149,17 @@ def _subtract(a, start, i, G, L, part):
 
 
 @njit(cache=True)
+def _sum(part):
+    """Sum of the lanes in ``part``, in pairs; WIDTH is a power of two."""
+    size = WIDTH
+    while size > 1:
+        size //= 2
+        for k in range(size):
+            part[k] = part[2 * k] + part[2 * k + 1]
+    return part[0]
+
+
+@njit(cache=True)
 def solve(a, diagonal, x, part):
     """Overwrite ``x`` with the solution of L D L^T x = b; ``a`` from ``factor``, ``part`` of
     ``workspace``."""
@@ -163,8 +175,7 @@ def solve(a, diagonal, x, part):
                 products += load(a, base + k) * load(x, k)
                 k += WIDTH
             store(part, 0, products)
-            x[i] -= (((part[0] + part[1]) + (part[2] + part[3]))
-                     + ((part[4] + part[5]) + (part[6] + part[7])))
+            x[i] -= _sum(part)
         for j in range(k, i):
             x[i] -= a[base + j] * x[j]
         previous_end = diagonal[i]

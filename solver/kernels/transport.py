@@ -10,12 +10,13 @@ of the normal (or to the spin of a junction) and P maps turned ones to the prese
 import numpy as np
 from numba import njit
 
-from . import charts as rotation
+
 from . import element
+from .junctions import frame_of, spins
 
 
 @njit(cache=True)
-def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, variables):
+def _bases(i, nodes, quads, corner, motion, start, y, frame, rates, variables):
     """Axes of an element beside node i (rows), and the maps from rates of its variables to those
     of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""
     quad = quads[corner[i]]
@@ -23,56 +24,65 @@ def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, var
     for k in range(3):
         node = quad[k + 1]
         for c in range(3):
-            y[k, c] = (x[node, c] - x[first, c]) + (x_low[node, c] - x_low[first, c])
+            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
+                       + (motion.x_low[node, c] - motion.x_low[first, c]))
     element.frame(y, frame)
-    d = nodes[2][i]
-    if nodes[1][i] == 2:
+    d = nodes.first[i]
+    if nodes.n_rot[i] == 2:
         for k in range(2):
             for c in range(3):
-                variables[k, c] = chart[i, k, c]
-                rates[c, k] = A1[d, c, k]
+                variables[k, c] = motion.chart[i, k, c]
+                rates[c, k] = start.A1[d, c, k]
     else:
-        rotation.frame_of(nodes[3], d, p, y)
-        rotation.spins(y, chart[i], variables, rates)
+        frame_of(nodes.body, d, start.p, y)
+        spins(y, motion.chart[i], variables, rates)
 
 
 @njit(cache=True)
-def keep(nodes, quads, corner, x, x_low, chart, p, A1, frames, rates):
-    """Element axes ``frames`` (n_nodes, 3, 3) and rates A_0 (n_nodes, 3, 3) of a factorization."""
+def keep(nodes, quads, motion, start, turning):
+    """Element axes and rates A_0 of a factorization, into ``turning``."""
     y, variables = np.empty((3, 3)), np.empty((3, 3))
-    for i in range(corner.shape[0]):
-        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frames[i], rates[i], variables)
+    for i in range(turning.corner.shape[0]):
+        _bases(i, nodes, quads, turning.corner, motion, start, y, turning.frames[i],
+               turning.rates[i], variables)
 
 
 @njit(cache=True)
-def carry(nodes, quads, corner, x, x_low, chart, p, A1, held, frames, rates, Q, J):
-    """Blocks ``Q`` and ``J`` (n_nodes, 3, 3) of T since ``keep``; 1 at nodes that are held."""
-    n_rot = nodes[1]
+def carry(nodes, quads, motion, start, turning):
+    """Blocks Q and J of T since ``keep``; 1 at nodes that are held."""
     y, frame, variables = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    unused, turned = np.empty((3, 3)), np.empty(3)
-    for i in range(corner.shape[0]):
-        if held[i]:
+    unused = np.empty((3, 3))
+    for i in range(turning.corner.shape[0]):
+        Q, J = turning.Q[i], turning.J[i]
+        if turning.held[i]:
             for r in range(3):
                 for c in range(3):
-                    Q[i, r, c] = J[i, r, c] = 1.0 if r == c else 0.0
+                    Q[r, c] = J[r, c] = 1.0 if r == c else 0.0
             continue
-        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, unused, variables)
-        for r in range(3):
-            for c in range(3):
-                Q[i, r, c] = (frame[0, r] * frames[i, 0, c] + frame[1, r] * frames[i, 1, c]
-                              + frame[2, r] * frames[i, 2, c])
-        for k in range(n_rot[i]):
-            for c in range(3):
-                turned[c] = (Q[i, c, 0] * rates[i, 0, k] + Q[i, c, 1] * rates[i, 1, k]
-                             + Q[i, c, 2] * rates[i, 2, k])
-            for r in range(n_rot[i]):
-                J[i, r, k] = (variables[r, 0] * turned[0] + variables[r, 1] * turned[1]
-                              + variables[r, 2] * turned[2])
+        _bases(i, nodes, quads, turning.corner, motion, start, y, frame, unused, variables)
+        _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], Q, J)
 
 
 @njit(cache=True)
-def turn_back(start, n_rot, Q, J, forces, turned):
+def _turn(frame, frame_0, A_0, P, n_rot, Q, J):
+    """``Q = R^T R_0``, ``J = P Q A_0``"""
+    for r in range(3):
+        for c in range(3):
+            Q[r, c] = (frame[0, r] * frame_0[0, c] + frame[1, r] * frame_0[1, c]
+                       + frame[2, r] * frame_0[2, c])
+    for k in range(n_rot):
+        a, b, c = A_0[0, k], A_0[1, k], A_0[2, k]
+        x = Q[0, 0] * a + Q[0, 1] * b + Q[0, 2] * c
+        y = Q[1, 0] * a + Q[1, 1] * b + Q[1, 2] * c
+        z = Q[2, 0] * a + Q[2, 1] * b + Q[2, 2] * c
+        for r in range(n_rot):
+            J[r, k] = P[r, 0] * x + P[r, 1] * y + P[r, 2] * z
+
+
+@njit(cache=True)
+def turn_back(nodes, turning, forces, turned):
     """``turned = T^T forces``: a residual in the axes of the factorization."""
+    start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q, turning.J
     for i in range(start.shape[0]):
         k = start[i]
         for c in range(3):
@@ -87,8 +97,9 @@ def turn_back(start, n_rot, Q, J, forces, turned):
 
 
 @njit(cache=True)
-def turn_on(start, n_rot, Q, J, correction):
+def turn_on(nodes, turning, correction):
     """``correction <- T correction``: a solution in the present axes."""
+    start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q, turning.J
     for i in range(start.shape[0]):
         k = start[i]
         a, b, c = correction[k], correction[k + 1], correction[k + 2]

@@ -5,8 +5,6 @@ Paper section 2 (strains, Eqs. 15-17) and section 3 (mass, Eqs. 38-41).  The ker
 Entity axis first, ``(n_elem, ...)``, or groups of ``WIDTH`` elements side by side.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..kernels.lanes import WIDTH, zeros
@@ -16,35 +14,6 @@ CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SHEAR_CORRECTION = 5.0 / 6.0
 MEMBRANE_FIELDS = ("stress", "strain", "compatible")
 SHEAR_FIELDS = ("mitc4", "compatible")
-
-
-class Elements(NamedTuple):
-    """Connectivity and constants of all elements, as the kernels take them.
-
-    y0, r0, l, Q and k_b are given here for one element; they are stored side by side, see
-    ``side_by_side``.
-
-    Attributes:
-        nodes: (n_elem, 4) node of each vertex.
-        directors: (n_elem, 4) mid-surface normal of each vertex.
-        y0: (3, 3) initial local positions of nodes 2..4 relative to node 1, Eq. (7) [m].
-        r0: (4, 2) initial local x, y components of the normals, Eq. (9).
-        l: (n_s, 3, 3) linear part of the scaled membrane measures [sqrt(J)/m].
-        Q: (n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
-        k_b: (11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
-        mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
-        inertia: (n_elem,) h^2/12, the factor that turns ``mass`` into Eq. (40b) [m^2].
-    """
-
-    nodes: np.ndarray
-    directors: np.ndarray
-    y0: np.ndarray
-    r0: np.ndarray
-    l: np.ndarray
-    Q: np.ndarray
-    k_b: np.ndarray
-    mass: np.ndarray
-    inertia: np.ndarray
 
 
 def side_by_side(array):
@@ -76,7 +45,7 @@ def initial_frames(corners):
 
 
 def element_constants(corners, normals, thickness, youngs, poisson, density, *, membrane, shear):
-    """Arrays of ``Elements`` (without connectivity) from the initial configuration.
+    """Arrays of ``arguments.Elements`` (without connectivity) from the initial configuration.
 
     Args:
         corners: (n_elem, 4, 3) initial vertex positions [m].

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..checks import TINY, choice, existing, floats, integers, number, vector
 from ..errors import InputError
-from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, Elements, element_constants, side_by_side
+from ..kernels.arguments import Elements
+from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import FOLD_ANGLE, LEAST_SPREAD, Directors, check_mesh, find_directors, node_numbers
 

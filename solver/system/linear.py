@@ -1,11 +1,14 @@
 """Linear solvers behind one small interface: analyse once, then assemble, factor, solve.
 
-Each solver owns the storage that the assembly writes to (its lower triangle) and has
+Each solver owns the storage that the assembly writes to and has
 
 - ``name``: which solver it is, recorded with every result;
-- ``storage``: ``(base, offset, diagonal, stride)``, see ``kernels.assembly``;
-- ``values``: the 1-D array of that storage; ``factor`` may overwrite it;
-- ``factor()``: factorize ``values``; returns how many pivots are negative (None where the method
+- ``storages``: an ``arguments.Storage`` for the cells of each kind, the elements first; ``storage``
+  is that of the elements;
+- ``values``: the 1-D array that holds the lower triangle of the symmetric part; ``factor`` may
+  overwrite it;
+- ``skew``: the same of the skew part, empty where the solver takes symmetric matrices only;
+- ``factor()``: factorize the matrix; returns how many pivots are negative (None where the method
   does not tell), raises ``SingularMatrix``;
 - ``solve(rhs)``: a new vector.
 """
@@ -19,6 +22,9 @@ from scipy.sparse.linalg import splu
 
 from ..errors import InputError
 from ..kernels import gauss, skyline
+from ..kernels.arguments import DONE, Storage
+from .failure import SingularMatrix
+from .numbering import node_pairs
 
 SOLVERS = ("auto", "skyline", "dense")
 
@@ -31,8 +37,8 @@ DIRECT_LIMIT = 1e10
 (measured: equal at 21 000 unknowns on a ring, SuperLU ahead by 1.5 at 83 000)."""
 
 
-class SingularMatrix(ArithmeticError):
-    """A pivot is zero or not finite."""
+NO_SKEW = np.zeros(0)
+"""The skew part of a matrix that has none."""
 
 
 class Skyline:
@@ -44,18 +50,20 @@ class Skyline:
         rows = np.arange(numbering.n_dof)
         diagonal = np.cumsum(row_lengths(numbering) + 1) - 1
         self.values = np.zeros(int(diagonal[-1]) + 1)
-        self.storage = (diagonal - rows, column_offsets(numbering, 1), diagonal, 1)
+        self.skew = NO_SKEW
+        self.storages = affine_storages(numbering, diagonal - rows, diagonal, 1)
+        self.storage = self.storages[0]
         self._work = skyline.workspace(diagonal)
 
     def factor(self):
-        negative, failed = skyline.factor(self.values, self.storage[2], *self._work)
-        if failed >= 0:
+        negative, failed = skyline.factor(self.values, self.storage.diagonal, *self._work)
+        if failed != DONE:
             raise SingularMatrix(f"pivot {failed} of the skyline factorization is zero")
         return negative
 
     def solve(self, rhs):
         x = rhs.copy()
-        skyline.solve(self.values, self.storage[2], x, self._work[-1])
+        skyline.solve(self.values, self.storage.diagonal, x, self._work[-1])
         return x
 
 
@@ -68,12 +76,14 @@ class Dense:
         n = numbering.n_dof
         rows = np.arange(n)
         self.values = np.zeros(n * n)
-        self.storage = (rows * n, column_offsets(numbering, 1), rows * (n + 1), 1)
+        self.skew = NO_SKEW
+        self.storages = affine_storages(numbering, rows * n, rows * (n + 1), 1)
+        self.storage = self.storages[0]
         self._exchanges = np.zeros(n, dtype=np.int64)
 
     def factor(self):
         self.complete()
-        return self.eliminate()
+        self.eliminate()
 
     def complete(self):
         """The upper triangle, which an unsymmetric element would assemble."""
@@ -82,9 +92,8 @@ class Dense:
     def eliminate(self):
         """Factorize the completed matrix."""
         failed = gauss.factor(self._matrix(), self._exchanges)
-        if failed >= 0:
+        if failed != DONE:
             raise SingularMatrix(f"column {failed} of the dense matrix has no pivot")
-        return None
 
     def solve(self, rhs):
         x = rhs.copy()
@@ -107,8 +116,9 @@ class Banded:
         rows = np.arange(n)
         self._numbering, self._width = numbering, half_bandwidth(numbering)
         self.values = np.zeros(n * (self._width + 1))
-        self.storage = (rows, column_offsets(numbering, self._width), rows * (self._width + 1),
-                        self._width)
+        self.skew = NO_SKEW
+        self.storages = affine_storages(numbering, rows, rows * (self._width + 1), self._width)
+        self.storage = self.storages[0]
         self._factor = None
         self._definite = True
 
@@ -131,7 +141,7 @@ class Banded:
     def _skyline(self):
         """A ``Skyline``, and where each of its values stands in the band."""
         other = Skyline(self._numbering)
-        base, _, diagonal, _ = other.storage
+        base, diagonal = other.storage.base, other.storage.diagonal
         rows = np.repeat(np.arange(len(diagonal)), np.diff(diagonal, prepend=-1))
         columns = np.arange(len(rows)) - base[rows]
         return other, rows + columns * self._width
@@ -143,18 +153,50 @@ class SuperLU:
     name = "superlu"
 
     def __init__(self, numbering):
-        row_pointer, lower, offset = _lower_pattern(numbering)
+        self.storages, lower = sparse_storages(numbering)
+        self.storage, self.skew = self.storages[0], NO_SKEW
         self.values = np.zeros(lower.nnz)
-        self.storage = (row_pointer[:-1], offset, row_pointer[1:] - 1, 1)
         lower.data[:] = np.arange(1.0, lower.nnz + 1.0)
         self._matrix = csc_array(lower + triu(lower.T, 1))
         self._source = self._matrix.data.astype(np.int64) - 1
         self._factor = None
 
-    def factor(self):
+    def matrix(self):
+        """The assembled matrix, in the array of the last one."""
         np.take(self.values, self._source, out=self._matrix.data)
-        self._factor = _superlu(self._matrix)
+        return self._matrix
+
+    def factor(self):
+        self._factor = _superlu(self.matrix(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
+                                options={"SymmetricMode": True})
         return _negative_pivots(self._factor)
+
+    def solve(self, rhs):
+        return self._factor.solve(rhs)
+
+
+class UnsymmetricLU:
+    """SciPy's SuperLU of a matrix with a skew part: the tangent of loads that follow the shell."""
+
+    name = "superlu (unsymmetric)"
+
+    def __init__(self, numbering):
+        self.storages, lower = sparse_storages(numbering)
+        self.storage = self.storages[0]
+        self.values, self.skew = np.zeros((2, lower.nnz))
+        lower.data[:] = np.arange(1.0, lower.nnz + 1.0)
+        self._matrix = csc_array(lower - triu(lower.T, 1))
+        self._source = np.abs(self._matrix.data).astype(np.int64) - 1
+        self._sign = np.sign(self._matrix.data)
+        self._factor = None
+
+    def matrix(self):
+        """The assembled matrix, in the array of the last one."""
+        self._matrix.data[:] = self.values[self._source] + self._sign * self.skew[self._source]
+        return self._matrix
+
+    def factor(self):
+        self._factor = _superlu(self.matrix())
 
     def solve(self, rhs):
         return self._factor.solve(rhs)
@@ -186,18 +228,25 @@ def half_bandwidth(numbering):
     return int(np.max(row_lengths(numbering)))
 
 
-def column_offsets(numbering, stride):
-    """(n_elem, 4, 4) ``stride`` times the first dof of the column node: storages affine in j."""
-    starts = stride * numbering.start[numbering.quads]
-    return np.ascontiguousarray(np.broadcast_to(starts[:, None, :], (len(starts), 4, 4)))
+def affine_storages(numbering, base, diagonal, stride):
+    """``Storage`` s in which the columns of a row are ``stride`` apart, the first dof of the model
+    at ``base``."""
+    return tuple(Storage(base, _column_offsets(numbering, cell, stride), diagonal, stride)
+                 for cell in numbering.cells)
 
 
-def _lower_pattern(numbering):
-    """Row pointer, CSR pattern and element offsets of the lower triangle, by blocks of nodes."""
-    quads, start, sizes = numbering.quads, numbering.start, 3 + numbering.n_rot
+def _column_offsets(numbering, cell, stride):
+    """(n, k, k) ``stride`` times the first dof of the column node."""
+    starts = stride * numbering.start[cell]
+    n, k = cell.shape
+    return np.ascontiguousarray(np.broadcast_to(starts[:, None, :], (n, k, k)))
+
+
+def sparse_storages(numbering):
+    """``Storage`` s and CSR pattern of the lower triangle, by blocks of nodes."""
+    start, sizes = numbering.start, 3 + numbering.n_rot
     n_nodes = len(start)
-    rows = np.repeat(quads, 4, axis=1).ravel()
-    columns = np.tile(quads, (1, 4)).ravel()
+    rows, columns = node_pairs(numbering.cells)
     keep = start[columns] <= start[rows]
     pairs = np.unique(np.stack([start[rows[keep]], start[columns[keep]],
                                 rows[keep], columns[keep]], axis=1), axis=0)
@@ -215,12 +264,8 @@ def _lower_pattern(numbering):
     nodes = numbering.node_of_dof
     within = np.arange(numbering.n_dof) - start[nodes]
     lengths = before_own[nodes] + within + 1
-    row_pointer = np.r_[0, np.cumsum(lengths)]
+    row_pointer = np.r_[0, np.cumsum(lengths)].astype(np.int64)
     lookup = csr_array((block_offset + 1.0, (row_node, column_node)), shape=(n_nodes, n_nodes))
-    offset = np.zeros((len(quads), 4, 4), dtype=np.int64)
-    for a in range(4):
-        for b in range(4):
-            offset[:, a, b] = np.asarray(lookup[quads[:, a], quads[:, b]]).ravel() - 1
     blocks_of = np.split(np.arange(len(pairs)), head[1:])
     columns_of = {row_node[group[0]]: np.concatenate(
         [np.arange(start[column_node[k]], start[column_node[k]] + widths[k]) for k in group])
@@ -228,13 +273,24 @@ def _lower_pattern(numbering):
     indices = np.concatenate([columns_of[node][:length] for node, length in zip(nodes, lengths)])
     pattern = csr_array((np.zeros(len(indices)), indices, row_pointer),
                         shape=(numbering.n_dof, numbering.n_dof))
-    return row_pointer.astype(np.int64), pattern, offset
+    storages = tuple(Storage(row_pointer[:-1], _block_offsets(cell, lookup), row_pointer[1:] - 1, 1)
+                     for cell in numbering.cells)
+    return storages, pattern
 
 
-def _superlu(matrix):
+def _block_offsets(cell, lookup):
+    """(n, k, k) offsets of the blocks of a cell within the rows of their row node."""
+    n, k = cell.shape
+    offset = np.zeros((n, k, k), dtype=np.int64)
+    for i in range(k):
+        for j in range(k):
+            offset[:, i, j] = np.asarray(lookup[cell[:, i], cell[:, j]]).ravel() - 1
+    return offset
+
+
+def _superlu(matrix, **options):
     try:
-        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
-                    options={"SymmetricMode": True})
+        return splu(matrix, **options)
     except RuntimeError as error:
         raise SingularMatrix(str(error)) from None
 

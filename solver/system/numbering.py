@@ -12,14 +12,14 @@ class Numbering:
     """Where the unknowns of each node stand.
 
     Attributes:
-        quads: (n_elem, 4) connectivity.
+        cells: tuple of (n, k) node numbers: what acts between k nodes, the elements first.
         start: (n_nodes,) first dof of each node: x, y, z, then its rotational variables.
         n_rot: (n_nodes,) how many rotational variables a node has.
         first_neighbour: (n_nodes,) lowest ``start`` among a node and its neighbours.
         n_dof: number of dofs, fixed ones included.
     """
 
-    quads: np.ndarray
+    cells: tuple
     start: np.ndarray
     n_rot: np.ndarray
     first_neighbour: np.ndarray
@@ -32,17 +32,21 @@ class Numbering:
         return np.repeat(order, 3 + self.n_rot[order])
 
 
-def number_dofs(quads, n_rot):
-    """Number the dofs in the best node order found; ``n_rot`` (n_nodes,) rotational variables."""
-    candidates = [_number(quads, n_rot, order) for order in node_orders(quads, len(n_rot))]
+def number_dofs(cells, n_rot):
+    """Number the dofs in the best node order found.
+
+    Args:
+        cells: see ``Numbering``.
+        n_rot: (n_nodes,) rotational variables.
+    """
+    candidates = [_number(cells, n_rot, order) for order in node_orders(cells, len(n_rot))]
     return min(candidates, key=_factorization_work)
 
 
-def node_orders(quads, n_nodes):
+def node_orders(cells, n_nodes):
     """Candidate node orders: reverse Cuthill-McKee from a peripheral node, and Cuthill-McKee from
     the whole rim of nodes farthest from it (a strip is then numbered row by row), both ways."""
-    rows = np.repeat(quads, 4, axis=1).ravel()
-    columns = np.tile(quads, (1, 4)).ravel()
+    rows, columns = node_pairs(cells)
     graph = csr_array((np.ones(rows.size), (rows, columns)), shape=(n_nodes, n_nodes))
     yield reverse_cuthill_mckee(graph, symmetric_mode=True)
     far = 0
@@ -54,6 +58,13 @@ def node_orders(quads, n_nodes):
     order = _cuthill_mckee(graph, rim)
     yield order
     yield order[::-1]
+
+
+def node_pairs(cells):
+    """Nodes i and j, in two arrays, of all pairs that act on each other."""
+    rows = [np.repeat(cell, cell.shape[1], axis=1).ravel() for cell in cells]
+    columns = [np.tile(cell, (1, cell.shape[1])).ravel() for cell in cells]
+    return np.concatenate(rows), np.concatenate(columns)
 
 
 def _cuthill_mckee(graph, start):
@@ -78,13 +89,14 @@ def _cuthill_mckee(graph, start):
     return np.array(order)
 
 
-def _number(quads, n_rot, order):
+def _number(cells, n_rot, order):
     start = np.empty(len(n_rot), dtype=np.int64)
     sizes = 3 + n_rot[order]
     start[order] = np.cumsum(sizes) - sizes
     first_neighbour = start.copy()
-    np.minimum.at(first_neighbour, quads, start[quads].min(axis=1)[:, None])
-    return Numbering(quads, start, n_rot, first_neighbour, int(sizes.sum()))
+    for cell in cells:
+        np.minimum.at(first_neighbour, cell, start[cell].min(axis=1)[:, None])
+    return Numbering(tuple(cells), start, n_rot, first_neighbour, int(sizes.sum()))
 
 
 def _factorization_work(numbering):

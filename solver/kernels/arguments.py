@@ -1,0 +1,320 @@
+"""What kernels take and return: arrays and numbers with names, shapes and units.
+
+All of them stand here, beside the kernels, because a field is a position in compiled code: the
+cache of compiled kernels is named after a hash of this folder.  A kernel that can fail returns the
+index of what failed (a node, a pivot), or ``DONE``.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+DONE = -1
+"""Returned where nothing failed."""
+
+
+class Elements(NamedTuple):
+    """Connectivity and constants of all elements.
+
+    y0, r0, l, Q and k_b are given here for one element; they are stored side by side, in groups of
+    ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
+
+    Attributes:
+        nodes: (n_elem, 4) node of each vertex.
+        directors: (n_elem, 4) mid-surface normal of each vertex.
+        y0: (3, 3) initial local positions of nodes 2..4 relative to node 1, Eq. (7) [m].
+        r0: (4, 2) initial local x, y components of the normals, Eq. (9).
+        l: (n_s, 3, 3) linear part of the scaled membrane measures [sqrt(J)/m].
+        Q: (n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
+        k_b: (11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
+        mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
+        inertia: (n_elem,) h^2/12, the factor that turns ``mass`` into Eq. (40b) [m^2].
+    """
+
+    nodes: np.ndarray
+    directors: np.ndarray
+    y0: np.ndarray
+    r0: np.ndarray
+    l: np.ndarray
+    Q: np.ndarray
+    k_b: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+
+
+class Nodes(NamedTuple):
+    """Where the unknowns and the directors of each node stand.
+
+    Attributes:
+        start: (n_nodes,) first dof of each node: 3 displacements, then its rotational variables.
+        n_rot: (n_nodes,) number of rotational variables, 2 on a smooth node, 3 at a junction.
+        first: (n_nodes + 1,) directors of node i are ``first[i] .. first[i + 1] - 1``.
+        body: (n_directors, 3) their components in the nodal frame of a junction.
+    """
+
+    start: np.ndarray
+    n_rot: np.ndarray
+    first: np.ndarray
+    body: np.ndarray
+
+
+class Dofs(NamedTuple):
+    """The unknowns: those of the nodes, and which of them are held.
+
+    Attributes:
+        nodes: ``Nodes``.
+        fixed: (n_dof,) bool.
+        any_fixed: whether there is one.
+    """
+
+    nodes: Nodes
+    fixed: np.ndarray
+    any_fixed: bool
+
+
+class Motion(NamedTuple):
+    """The arrays of a state.
+
+    Attributes:
+        x: (n_nodes, 3) positions [m].
+        x_low: (n_nodes, 3) their rounding errors [m].
+        variables: (n_nodes, 3) rotational variables n_g, Eqs. (5), (11).
+        chart: (n_nodes, 3, 3) the axes that they are components in, rows t_1, t_2, t_3.
+        velocity: (n_dof,) U_dot [m/s, 1/s].
+        acceleration: (n_dof,) U_ddot [m/s^2, 1/s^2].
+    """
+
+    x: np.ndarray
+    x_low: np.ndarray
+    variables: np.ndarray
+    chart: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+class Start(NamedTuple):
+    """What follows from a state where a step starts from it.
+
+    Attributes:
+        p: (n_directors, 3) mid-surface normals.
+        A1: (n_directors, 3, 3) columns dp/dn, Eqs. (27), (33).
+        p_dot: (n_directors, 3) their rates [1/s], Eq. (30).
+        t: (n_elem, 3, 3) local displacements of nodes 2..4 [m], Eq. (8).
+        b: (n_elem, 11) local variables of bending and shear, Eqs. (8), (10).
+        e: (n_elem, n_s) scaled membrane measures [sqrt(J)].
+        energy: (n_elem,) strain energy [J].
+    """
+
+    p: np.ndarray
+    A1: np.ndarray
+    p_dot: np.ndarray
+    t: np.ndarray
+    b: np.ndarray
+    e: np.ndarray
+    energy: np.ndarray
+
+
+class Factors(NamedTuple):
+    """Coefficients of one step at the generalized midpoint, Eqs. (57)-(65).
+
+    ``U_ddot_mid = delta dU - velocity U_dot - acceleration U_ddot`` and
+    ``U_dot_mid = rate_delta dU - rate_velocity U_dot - rate_acceleration U_ddot``.
+
+    Attributes:
+        alpha_f: weight of the start of the step.
+        stiffness: factor of K_G in the matrix.
+        delta: factor of dU in U_ddot [1/s^2], and of M in the matrix.
+        velocity: factor of U_dot [1/s].
+        acceleration: factor of U_ddot.
+        rate_delta: factor of dU in U_dot [1/s].
+        rate_velocity: factor of U_dot.
+        rate_acceleration: factor of U_ddot [s].
+    """
+
+    alpha_f: float
+    stiffness: float
+    delta: float
+    velocity: float
+    acceleration: float
+    rate_delta: float
+    rate_velocity: float
+    rate_acceleration: float
+
+
+STATIC = Factors(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Equilibrium at the end of the increment: no inertia, no averaging."""
+
+MASS_ONLY = Factors(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+"""M U_ddot = F_ext - F_m - F_int, Eq. (55): unit mass, no stiffness, velocities as they are."""
+
+
+class EndFactors(NamedTuple):
+    """Factors of (dU, U_dot, U_ddot) in U_dot and in U_ddot at the end of a step (Newmark).
+
+    Attributes:
+        rate_delta: of dU in U_dot [1/s].
+        rate_velocity: of U_dot in U_dot.
+        rate_acceleration: of U_ddot in U_dot [s].
+        second_delta: of dU in U_ddot [1/s^2].
+        second_velocity: of U_dot in U_ddot [1/s].
+        second_acceleration: of U_ddot in U_ddot.
+    """
+
+    rate_delta: float
+    rate_velocity: float
+    rate_acceleration: float
+    second_delta: float
+    second_velocity: float
+    second_acceleration: float
+
+
+class Loads(NamedTuple):
+    """Dead loads at one time.
+
+    Attributes:
+        forces: (n_dof,) [N].
+        moments: (n_nodes, 3) about fixed axes [N m].
+    """
+
+    forces: np.ndarray
+    moments: np.ndarray
+
+
+class Predicted(NamedTuple):
+    """Strains from which a mixed tangent takes its stresses, see ``statics.predict_strains``.
+
+    Attributes:
+        used: whether the tangent is a mixed one.
+        b: (n_elem, 11) local variables of bending and shear.
+        e: (n_elem, n_s) membrane measures.
+    """
+
+    used: bool
+    b: np.ndarray
+    e: np.ndarray
+
+
+class Residual(NamedTuple):
+    """Forces of an iterate, (n_dof,) each [N, N m].
+
+    Attributes:
+        balance: F_ext - M U_ddot - F_m - F_int, Eq. (58), zero at held dofs.
+        unmasked: the same with the reactions of held dofs.
+        applied: generalized external forces.
+    """
+
+    balance: np.ndarray
+    unmasked: np.ndarray
+    applied: np.ndarray
+
+
+class Storage(NamedTuple):
+    """Where the lower triangle of the matrix stands in the values of a linear solver.
+
+    The entry (row, k-th dof of a column node) of element e, vertex pair (i, j), row not before
+    column, stands at ``base[row] + offset[e, i, j] + stride * k``.
+
+    Attributes:
+        base: (n_dof,) of the rows.
+        offset: (n_elem, 4, 4) of the blocks.
+        diagonal: (n_dof,) of the diagonal entries.
+        stride: from one column to the next.
+    """
+
+    base: np.ndarray
+    offset: np.ndarray
+    diagonal: np.ndarray
+    stride: int
+
+
+class NodalWork(NamedTuple):
+    """Nodal quantities of one iterate.
+
+    Attributes:
+        dx: (n_nodes, 3) displacement increments [m].
+        p_end: (n_directors, 3) normals at the end of the step.
+        p_mid: (n_directors, 3) normals at the generalized midpoint.
+        A1: (n_directors, 3, 3) columns dp/dn there.
+        inertial_x: (n_nodes, 3) accelerations of x [m/s^2].
+        inertial_p: (n_directors, 3) A1 n_ddot + A2 [1/s^2].
+        force_x: (n_nodes, 3) internal and inertial forces [N].
+        force_p: (n_directors, 3) internal forces on the normals [N m].
+        rate_p: (n_directors, 3) inertial forces on the normals [N m].
+        ends_p: (2, n_directors, 3) internal forces on the normals at end and start, where T is the
+            average of both.
+    """
+
+    dx: np.ndarray
+    p_end: np.ndarray
+    p_mid: np.ndarray
+    A1: np.ndarray
+    inertial_x: np.ndarray
+    inertial_p: np.ndarray
+    force_x: np.ndarray
+    force_p: np.ndarray
+    rate_p: np.ndarray
+    ends_p: np.ndarray
+
+
+def nodal_work(n_nodes, n_directors):
+    """``NodalWork`` of zeros."""
+    def vectors(n):
+        return np.zeros((n, 3))
+    return NodalWork(
+        vectors(n_nodes), vectors(n_directors), vectors(n_directors),
+        np.zeros((n_directors, 3, 3)), vectors(n_nodes), vectors(n_directors), vectors(n_nodes),
+        vectors(n_directors), vectors(n_directors), np.zeros((2, n_directors, 3)))
+
+
+class Observation(NamedTuple):
+    """Energies and momenta of a state.
+
+    Attributes:
+        kinetic: kinetic energy [J].
+        strain: strain energy [J].
+        linear_momentum: (3,) Eq. (49) [kg m/s].
+        angular_momentum: (3,) about the origin, with the consistent mass [kg m^2/s].
+        angular_momentum_printed: (3,) with one sum over nodes, Eq. (50) as printed [kg m^2/s].
+        momentum_scale: sum m |v| [kg m/s].
+        angular_scale: sum m |x - x_c| |v| [kg m^2/s].
+    """
+
+    kinetic: float
+    strain: float
+    linear_momentum: np.ndarray
+    angular_momentum: np.ndarray
+    angular_momentum_printed: np.ndarray
+    momentum_scale: float
+    angular_scale: float
+
+
+class Pivots(NamedTuple):
+    """What a factorization L D L^T met.
+
+    Attributes:
+        negative: how many pivots are negative.
+        failed: index of a pivot that is zero or not finite, or ``DONE``.
+    """
+
+    negative: int
+    failed: int
+
+
+class Turning(NamedTuple):
+    """A factorization carried along with the nodes, see ``transport``.
+
+    Attributes:
+        corner: (n_nodes,) an element beside each node.
+        held: (n_nodes,) bool, nodes with a support.
+        frames: (n_nodes, 3, 3) axes of that element when the matrix was made.
+        rates: (n_nodes, 3, 3) A_0, maps from rates of the variables then.
+        Q: (n_nodes, 3, 3) rotation since then.
+        J: (n_nodes, 3, 3) map of the rotational variables since then.
+    """
+
+    corner: np.ndarray
+    held: np.ndarray
+    frames: np.ndarray
+    rates: np.ndarray
+    Q: np.ndarray
+    J: np.ndarray

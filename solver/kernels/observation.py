@@ -1,0 +1,126 @@
+"""A state at one instant: its local variables and measures, energies and momenta (Eqs. 46-53)."""
+
+import numpy as np
+from numba import njit
+
+from . import element
+from .arguments import Observation
+from .assembly import (
+    Place,
+    Strains,
+    constants,
+    gather_positions,
+    gather_vertices,
+    members,
+    put_rows,
+    strains_at,
+)
+from .lanes import WIDTH, new, pair
+
+
+@njit(cache=True)
+def observe(elements, nodal_mass, motion, velocity, start):
+    """Energies and momenta of a state; fills ``start`` but for p, A1 and p_dot, which it takes.
+
+    Args:
+        elements: ``Elements``.
+        nodal_mass: (n_nodes,) lumped [kg].
+        motion: ``Motion``.
+        velocity: (n_nodes, 3) [m/s].
+        start: ``Start``.
+
+    Returns:
+        ``Observation``.  Angular momentum is about the origin.
+    """
+    _fill_strains(elements, motion, start)
+    strain = 0.0
+    for el in range(elements.nodes.shape[0]):
+        strain += start.energy[el]
+    kinetic, linear, angular, printed = _momenta(elements, motion, velocity, start)
+    sizes = _momentum_scales(nodal_mass, motion.x, velocity)
+    return Observation(kinetic, strain, linear, angular, printed, sizes[0], sizes[1])
+
+
+@njit(cache=True)
+def _fill_strains(elements, motion, start):
+    """Local variables, measures and strain energy W of all elements, Eqs. (8), (10), (15)."""
+    n_s = start.e.shape[1]
+    (y_, y), (p_, p), (t_, t) = pair((3, 3)), pair((4, 3)), pair((3, 3))
+    (b_, b), (e_, e), (W_, W) = pair((11,)), pair((n_s,)), pair((1,))
+    place = Place(y, p, new((3, 3)), new((3, 3)), new((4, 3)))
+    strains = Strains(t, b, e)
+    for group in range(elements.l.shape[0]):
+        these, fixed = members(elements, group), constants(elements, group)
+        first, count = these.first, these.nodes.shape[0]
+        gather_positions(motion.x, motion.x_low, these.nodes, y_)
+        gather_vertices(start.p, these.directors, p_)
+        strains_at(fixed, place, strains)
+        W[0] = element.strain_energy(e, fixed.k_b, b)
+        put_rows(t_.reshape(9, WIDTH), first, count, start.t.reshape(-1, 9))
+        put_rows(b_, first, count, start.b)
+        put_rows(e_, first, count, start.e)
+        put_rows(W_, first, count, start.energy.reshape(-1, 1))
+
+
+@njit(cache=True)
+def _momenta(elements, motion, velocity, start):
+    """Kinetic energy, Eq. (46), linear momentum, Eq. (49), and angular momentum: with the
+    consistent mass, ``sum_ij m_ij (x_i x v_j + (h^2/12) p_i x p_dot_j)``, and with one sum over
+    nodes, Eq. (50) as printed."""
+    kinetic = 0.0
+    linear, angular, printed = np.zeros(3), np.zeros(3), np.zeros(3)
+    v, w, X, q = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
+    for el in range(elements.nodes.shape[0]):
+        for i in range(4):
+            node, director = elements.nodes[el, i], elements.directors[el, i]
+            for c in range(3):
+                v[i, c], w[i, c] = velocity[node, c], start.p_dot[director, c]
+                X[i, c] = motion.x[node, c] + motion.x_low[node, c]
+                q[i, c] = start.p[director, c]
+        mass, inertia = elements.mass[el], elements.inertia[el]
+        for i in range(4):
+            px, py, pz, wx, wy, wz, lumped = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(4):
+                m_ij = mass[i, j]
+                lumped += m_ij
+                px += m_ij * v[j, 0]
+                py += m_ij * v[j, 1]
+                pz += m_ij * v[j, 2]
+                wx += m_ij * w[j, 0]
+                wy += m_ij * w[j, 1]
+                wz += m_ij * w[j, 2]
+            kinetic += 0.5 * (v[i, 0] * px + v[i, 1] * py + v[i, 2] * pz)
+            kinetic += 0.5 * inertia * (w[i, 0] * wx + w[i, 1] * wy + w[i, 2] * wz)
+            linear[0] += px
+            linear[1] += py
+            linear[2] += pz
+            wx, wy, wz = inertia * wx, inertia * wy, inertia * wz
+            angular[0] += X[i, 1] * pz - X[i, 2] * py + q[i, 1] * wz - q[i, 2] * wy
+            angular[1] += X[i, 2] * px - X[i, 0] * pz + q[i, 2] * wx - q[i, 0] * wz
+            angular[2] += X[i, 0] * py - X[i, 1] * px + q[i, 0] * wy - q[i, 1] * wx
+            for c in range(3):
+                d, f = (c + 1) % 3, (c + 2) % 3
+                printed[c] += lumped * (X[i, d] * v[i, f] - X[i, f] * v[i, d]
+                                        + inertia * (q[i, d] * w[i, f] - q[i, f] * w[i, d]))
+    return kinetic, linear, angular, printed
+
+
+@njit(cache=True)
+def _momentum_scales(nodal_mass, x, v):
+    """``sum m |v|`` and ``sum m |x - x_c| |v|`` with lumped nodal masses, x_c the mass centre."""
+    centre = np.zeros(3)
+    total = 0.0
+    for i in range(x.shape[0]):
+        total += nodal_mass[i]
+        for c in range(3):
+            centre[c] += nodal_mass[i] * x[i, c]
+    centre /= total
+    linear, angular = 0.0, 0.0
+    for i in range(x.shape[0]):
+        speed, arm = 0.0, 0.0
+        for c in range(3):
+            speed += v[i, c] * v[i, c]
+            arm += (x[i, c] - centre[c]) ** 2
+        linear += nodal_mass[i] * np.sqrt(speed)
+        angular += nodal_mass[i] * np.sqrt(speed * arm)
+    return linear, angular

@@ -1,0 +1,27 @@
+"""Entries of a matrix in the storage of a linear solver.
+
+A matrix is a symmetric part and, where it needs one, a skew part; of either the lower triangle is
+stored, at the same places (see ``arguments.Storage``).
+"""
+
+from numba import njit
+
+
+@njit(cache=True)
+def add_cell(dofs, storage, nodes, cell, k, values, skew):
+    """Add the matrix ``k`` (n, 3, n, 3) between the translations of n nodes; ``cell`` is their row
+    in the offsets.  Held dofs are skipped; an empty ``skew`` takes no part."""
+    start = dofs.nodes.start
+    for i in range(len(nodes)):
+        for j in range(len(nodes)):
+            row, column = start[nodes[i]], start[nodes[j]]
+            if column > row:
+                continue
+            for r in range(3):
+                for c in range(r + 1 if i == j else 3):
+                    if dofs.fixed[row + r] or dofs.fixed[column + c]:
+                        continue
+                    place = storage.base[row + r] + storage.offset[cell, i, j] + storage.stride * c
+                    values[place] += 0.5 * (k[i, r, j, c] + k[j, c, i, r])
+                    if skew.size:
+                        skew[place] += 0.5 * (k[i, r, j, c] - k[j, c, i, r])

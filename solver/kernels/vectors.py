@@ -1,0 +1,52 @@
+"""Vectors of three numbers."""
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True)
+def dot(a, b):
+    """a . b"""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True)
+def cross(a, b, c):
+    """c = a x b"""
+    c[0] = a[1] * b[2] - a[2] * b[1]
+    c[1] = a[2] * b[0] - a[0] * b[2]
+    c[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+def along(p, triad, k):
+    """p . t_k; a slice ``triad[k]`` would be counted as a reference, which takes longer."""
+    return p[0] * triad[k, 0] + p[1] * triad[k, 1] + p[2] * triad[k, 2]
+
+
+@njit(cache=True)
+def rotate(angle, axis, v):
+    """Rotate ``v`` by ``angle`` about the unit vector ``axis`` (Rodrigues)."""
+    side_x = axis[1] * v[2] - axis[2] * v[1]
+    side_y = axis[2] * v[0] - axis[0] * v[2]
+    side_z = axis[0] * v[1] - axis[1] * v[0]
+    cosine, sine, share = math.cos(angle), math.sin(angle), dot(axis, v)
+    v[0] = cosine * v[0] + sine * side_x + (1.0 - cosine) * share * axis[0]
+    v[1] = cosine * v[1] + sine * side_y + (1.0 - cosine) * share * axis[1]
+    v[2] = cosine * v[2] + sine * side_z + (1.0 - cosine) * share * axis[2]
+
+
+@njit(cache=True)
+def orthonormal(e):
+    """Make rows e_y, e_z of a frame orthonormal again and complete it."""
+    size = math.sqrt(dot(e[1], e[1]))
+    for c in range(3):
+        e[1, c] /= size
+    share = dot(e[1], e[2])
+    for c in range(3):
+        e[2, c] -= share * e[1, c]
+    size = math.sqrt(dot(e[2], e[2]))
+    for c in range(3):
+        e[2, c] /= size
+    cross(e[1], e[2], e[0])

@@ -1,0 +1,110 @@
+"""Coordinates: from the unknowns of a step to positions and normals (x, p), and back.
+
+The element and its mass are functions of (x, p) alone.  What a scheme solves for is an increment of
+coordinates: it places the directors and gives their derivatives, takes forces on (x, p) back to the
+unknowns, and moves a state.  ``Charts`` are the paper's vectorial rotational variables; compiled
+code goes through ``kernels.nodes``.
+"""
+
+import numpy as np
+
+from ..errors import InputError
+from ..kernels import nodes, updates
+from ..kernels.arguments import DONE, Nodes
+from .failure import NotConverged
+from .state import blank_state
+
+AXES = ("nodal", "global")
+"""Axes of the rotational variables: following each node, or global ones (the paper's)."""
+
+
+class Charts:
+    """Vectorial rotational variables in charts, Eqs. (5), (11).
+
+    Attributes:
+        nodes: ``arguments.Nodes``.
+        fixed_component: (n_nodes,) component of the normal that must stay a variable, -1 for none.
+        fixed: (n_dof,) bool, held by a support.
+    """
+
+    def __init__(self, model, numbering, follow=True):
+        self._follow = follow
+        self._n_dof = numbering.n_dof
+        # the nodal frame of a junction starts along the global axes, Eq. (12)
+        self.nodes = Nodes(numbering.start, numbering.n_rot, model.directors.first,
+                           model.normals.copy())
+        self.fixed_component, self.fixed = _supports(model, numbering)
+        self._translations = numbering.start[:, None] + np.arange(3)
+
+    def initial_state(self, model):
+        """State at t = 0, but for U_ddot, which is zero.
+
+        Raises:
+            InputError: a supported component has an initial velocity.
+        """
+        state = blank_state(model.nodes, self._n_dof)
+        state.velocity[self._translations] = model.velocity
+        nodes.start_charts(self.nodes, self.fixed_component, model.normals, model.normal_velocity,
+                           state.variables, state.chart, state.velocity)
+        moving = self.fixed & (state.velocity != 0.0)
+        if np.any(moving):
+            node = np.searchsorted(np.sort(self.nodes.start), np.argmax(moving), side="right") - 1
+            raise InputError(f"node {np.argsort(self.nodes.start)[node]}: initial velocity of a "
+                             "supported component must be zero")
+        return state
+
+    def place(self, state, start):
+        """Directors, derivatives and rates of ``state`` into ``start``.
+
+        Raises:
+            NotConverged: a normal has left its chart.
+        """
+        lost = nodes.place_directors(self.nodes, state.variables, state.chart, start.p, start.A1)
+        if lost != DONE:
+            raise NotConverged(f"the normal of node {lost} has left its chart")
+        nodes.director_rates(self.nodes, state.velocity, start.A1, start.p_dot)
+
+    def inside(self, state, step, delta, work):
+        """Whether every normal is still in its chart at the end of the increment ``delta``."""
+        return nodes.advance_nodes(self.nodes, state.motion, step, delta, work) == DONE
+
+    def velocity(self, state):
+        """Velocities of the nodes (n_nodes, 3) [m/s]."""
+        return state.velocity[self._translations]
+
+    def accept(self, state, end, delta):
+        """Move ``state`` by the increment of a converged step."""
+        updates.accept(self.nodes, end, delta, state.motion)
+
+    def renew(self, state, dt):
+        """Renew the axes for the next step of length ``dt``; how many global ones switched."""
+        return nodes.switch_charts(self.nodes, self.fixed_component, self._follow, dt, state.motion)
+
+    def correct(self, state, start, correction):
+        """Move a static state: nodes by displacements, normals along great circles."""
+        nodes.turn_normals(self.nodes, self.fixed_component, correction, state.variables,
+                           state.chart, start.p, start.A1)
+        updates.move_nodes(self.nodes.start, correction, state.x, state.x_low)
+
+    def largest_turn(self, start, correction):
+        """Largest angle [rad] by which a correction turns a normal."""
+        return nodes.largest_turn(self.nodes, correction, start.A1)
+
+
+def _supports(model, numbering):
+    """Component of the normal that must stay a variable (n_nodes,), -1 for none, and held dofs.
+
+    Two fixed components of a unit normal fix it altogether; a single one is kept as the first
+    rotational variable of its node.
+    """
+    mask = model.fixed
+    fixed = np.zeros(numbering.n_dof, dtype=bool)
+    fixed_component = np.full(len(model.nodes), -1, dtype=np.int64)
+    for i in np.flatnonzero(mask.any(axis=1)):
+        first = numbering.start[i]
+        fixed[first:first + 3] = mask[i, :3]
+        components = np.flatnonzero(mask[i, 3:])
+        if len(components) == 1:
+            fixed_component[i] = components[0]
+        fixed[first + 3:first + 3 + min(len(components), numbering.n_rot[i])] = True
+    return fixed_component, fixed

@@ -1,0 +1,67 @@
+"""What a motion consists of at one instant, and what follows from it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..kernels.arguments import Motion, Observation, Start
+
+ARRAYS = Motion._fields
+"""The arrays of a state, in the order in which they are packed."""
+
+
+@dataclass
+class State:
+    """Everything that one instant of the motion consists of.
+
+    Attributes:
+        motion: ``arguments.Motion``, whose arrays are also attributes of the state.
+        external_work: work of the loads since t = 0 [J].
+    """
+
+    motion: Motion
+    external_work: float = 0.0
+
+    def __getattr__(self, name):
+        if name in ARRAYS:
+            return getattr(self.motion, name)
+        raise AttributeError(name)
+
+    def pack(self):
+        """All numbers of the state as one float64 vector."""
+        return np.concatenate([*(array.ravel() for array in self.motion), [self.external_work]])
+
+    def unpack(self, packed):
+        """Take over the numbers of ``pack``."""
+        at = 0
+        for array in self.motion:
+            array[...] = packed[at:at + array.size].reshape(array.shape)
+            at += array.size
+        self.external_work = float(packed[at])
+
+
+@dataclass
+class Place:
+    """What follows from a state: where a step starts from.
+
+    Attributes:
+        start: ``arguments.Start``, normals, local variables, measures.
+        observed: ``arguments.Observation``, energies and momenta.
+    """
+
+    start: Start
+    observed: Observation = field(default=None)
+
+
+def blank_state(nodes, n_dof):
+    """Nodes at their initial places, axes along the global ones, everything else zero."""
+    return State(Motion(nodes.copy(), np.zeros_like(nodes), np.zeros_like(nodes),
+                        np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof)))
+
+
+def blank_place(elements, n_directors):
+    """A ``Place`` of zeros, to be filled."""
+    n_elem, n_s = len(elements.nodes), elements.l.shape[1]
+    return Place(Start(np.zeros((n_directors, 3)), np.zeros((n_directors, 3, 3)),
+                       np.zeros((n_directors, 3)), np.zeros((n_elem, 3, 3)),
+                       np.zeros((n_elem, 11)), np.zeros((n_elem, n_s)), np.zeros(n_elem)))
