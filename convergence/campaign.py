@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from corovec import InputError, ResultFileError, read, simulate, warm_up
-from corovec.solver.results.recorder import writable_folder
+from corovec.solver.results.files import writable_folder
 from corovec.solver.runtime.execution import complete, failure, processes
 
 from .run import Run, as_run, code_version

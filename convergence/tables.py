@@ -9,7 +9,7 @@ import pandas as pd
 
 from corovec import drift, total_energy
 from corovec.solver.dynamics.simulation import unloaded_row
-from corovec.solver.results.recorder import replacing
+from corovec.solver.results.files import replacing
 from corovec.solver.runtime.provenance import commit, machine, versions
 
 from .motion import Growth, deviations, displacement, dominant_line, growth, recurrence

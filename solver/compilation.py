@@ -15,8 +15,9 @@ from tempfile import TemporaryDirectory
 from filelock import FileLock, Timeout
 from numpy import zeros
 
-from .dynamics.scheme import make_scheme
-from .dynamics.simulation import Settings, simulate
+from .dynamics.scheme import Scheme
+from .dynamics.settings import Settings
+from .dynamics.simulation import simulate
 from .kernels import assembly
 from .model.loads import NodalLoad, TimeFunction
 from .model.model import Model
@@ -70,7 +71,7 @@ def _compile_others():
 def compile_assembly():
     """Compile the kernel that assembles; prints where its files are."""
     system = System(_plate())
-    system.assemble(system.blank_state(), make_scheme().midpoint(DT), False,
+    system.assemble(system.blank_state(), Scheme().midpoint(DT), False,
                     zeros(system.numbering.n_dof), system.loads_at(0.0))
     print(_folder())
 

@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 from corovec import Settings, simulate, warm_up
 from corovec.benchmarks import load_case
 from corovec.solver.errors import StepError
-from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import isolated
 
 from .measure import load, surroundings

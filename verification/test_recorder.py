@@ -369,7 +369,7 @@ def test_no_room_for_a_longer_file(tmp_path, monkeypatch):
     monkeypatch.setattr(statics, "ROOM", 4)
 
     def fills_up(factor, u):
-        monkeypatch.setattr(recorder, "_claim", no_space)
+        monkeypatch.setattr(recorder, "claim", no_space)
 
     def no_space(path, size):
         raise OSError(errno.ENOSPC, "full")
@@ -386,13 +386,13 @@ def test_no_room_for_a_longer_file(tmp_path, monkeypatch):
 
 def test_space_claimed_covers_the_file(tmp_path, monkeypatch, model):
     """What is claimed before writing is no less than what the file takes."""
-    claimed, claim = [], recorder._claim
+    claimed, claim = [], recorder.claim
 
     def noted(path, size):
         claimed.append(size)
         claim(path, size)
 
-    monkeypatch.setattr(recorder, "_claim", noted)
+    monkeypatch.setattr(recorder, "claim", noted)
     monkeypatch.setattr(statics, "ROOM", 4)
     simulate(model, Settings(dt=0.01, end_time=0.5), output=tmp_path / "a.h5")
     bending(np.linspace(0.1, 1.0, 10), output=tmp_path / "b.h5")

@@ -3,17 +3,11 @@ paper, or with one factorization for many of them."""
 
 import math
 import time
-from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
 from ..kernels import transport as corotation
 from ..system.linear import SingularMatrix, row_lengths
-
-NEWTON = ("modified", "full")
-"""One factorization for many iterations, or a new matrix in each (the paper's)."""
 
 MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
@@ -39,60 +33,27 @@ LONGEST = 1.65
 """Times that many iterations expected for a step, a kept matrix is replaced within it."""
 
 
-@dataclass(frozen=True)
-class NewtonRule:
-    """When an iteration ends: ``cc <= tolerance`` and ``k >= min_iterations`` (Eq. 67).
+def _ends(rule, k, work, first, left, new):
+    """Whether the k-th correction is the last, with the work that it does, the first did, and the
+    ratio to the one before; ``new``: whether it has its own matrix."""
+    if k < rule.least:
+        return False
+    if not rule.keep or new:
+        return work <= rule.tolerance * first
+    return work * min(left, 1.0) <= _enough(rule) * first
 
-    With ``keep`` a factorization serves as long as it is good; see ``BEYOND`` for the rule then.
-    """
 
-    tolerance: float = 1e-6
-    min_iterations: int = 3
-    max_iterations: int = 20
-    keep: bool = False
+def _too_slow(rule, k, work, first, left, longest):
+    """Whether the next correction needs its own matrix: the kept one has stalled, or would take
+    more than ``longest`` iterations."""
+    if left > STALLED:
+        return True
+    missing = math.log(work * left / (_enough(rule) * first))
+    return k + missing / -math.log(left) > longest
 
-    def __post_init__(self):
-        if not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
-        if self.max_iterations < 1:
-            raise InputError(f"max_iterations must be at least 1, is {self.max_iterations}")
-        if not 1 <= self.min_iterations <= self.max_iterations:
-            raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
-                             f"{self.min_iterations}")
-        if self.max_iterations < self.least:
-            raise InputError(f"a kept matrix takes {self.least} iterations at least, "
-                             f"max_iterations is {self.max_iterations}")
 
-    @cached_property
-    def full(self):
-        """The same rule with a new matrix in each iteration."""
-        return replace(self, keep=False)
-
-    @cached_property
-    def least(self):
-        """Fewest iterations of a step; two tell how fast a kept matrix converges."""
-        return 2 if self.keep else self.min_iterations
-
-    def ends(self, k, work, first, left, new):
-        """Whether the k-th correction is the last, with the work that it does, the first did, and
-        the ratio to the one before; ``new``: whether it has its own matrix."""
-        if k < self.least:
-            return False
-        if not self.keep or new:
-            return work <= self.tolerance * first
-        return work * min(left, 1.0) <= self._enough * first
-
-    def too_slow(self, k, work, first, left, longest):
-        """Whether the next correction needs its own matrix: the kept one has stalled, or would
-        take more than ``longest`` iterations."""
-        if left > STALLED:
-            return True
-        missing = math.log(work * left / (self._enough * first))
-        return k + missing / -math.log(left) > longest
-
-    @cached_property
-    def _enough(self):
-        return max(BEYOND * self.tolerance, EXACT)
+def _enough(rule):
+    return max(BEYOND * rule.tolerance, EXACT)
 
 
 class KeptMatrix:
@@ -173,7 +134,9 @@ def iterate(system, state, scheme, rule, dt, loads, record):
     """The increment of a step of length ``dt`` from ``state`` under ``loads``.
 
     Args:
-        system: ``System``; record: ``StepRecord``, added to.
+        system: ``System``.
+        rule: ``Newton``.
+        record: ``StepRecord``, added to.
 
     Returns:
         (increment (n_dof,), None), or (None, the reason why there is none).
@@ -216,14 +179,14 @@ def iterate(system, state, scheme, rule, dt, loads, record):
         if left > 1.0 and made == 0:
             return None, "the matrix of an earlier step does not serve any more"
         delta = delta + correction
-        if rule.ends(k, work, first, left, new) or (k >= rule.least and work <= floor):
+        if _ends(rule, k, work, first, left, new) or (k >= rule.least and work <= floor):
             if k - made > kept.patience:
                 kept.forget()
             if system.inside(state, step, delta):
                 return delta, None
             return None, "a normal left its chart"
-        new = not rule.keep or (k > 1 and rule.too_slow(
-            k, work, first, left, LONGEST * kept.patience))
+        new = not rule.keep or (k > 1 and _too_slow(
+            rule, k, work, first, left, LONGEST * kept.patience))
         last = work
     return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
                   f"instead of {rule.tolerance:.2g}")

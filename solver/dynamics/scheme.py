@@ -1,34 +1,69 @@
 """Generalized-midpoint time integration: its parameters and coefficients (paper Eqs. 56, 57).
 
-A scheme is data: four integration parameters and where the transformation T is taken.  The step
-itself (``system.system``) is the same for all of them.
+A scheme is data: four integration parameters, where the transformation T is taken, and the axes of
+the rotational variables.  The step itself (``system.system``) is the same for all of them.
 """
 
 from dataclasses import dataclass
 
-from ..checks import choice
 from ..errors import InputError
+from ..fields import check_fields, described, setting
 
 SCHEMES = ("quasi", "newmark")
 TRANSFORMATIONS = ("midpoint", "average")
+AXES = ("nodal", "global")
 
 
+@described
 @dataclass(frozen=True)
 class Scheme:
-    """Integration parameters of one scheme.
+    """How a step is integrated.
 
-    Attributes:
-        name: one of ``SCHEMES``.
-        alpha_m, alpha_f, gamma, beta: parameters of Eqs. (56), (57).
-        transformation: T at the generalized midpoint, or the weighted mean of both ends.
+    ``quasi`` has the parameters of Chung and Hulbert (1993), to whom the paper points as its
+    reference [67].  ``newmark`` is the trapezoidal rule with equilibrium at t_{n+1}, a baseline
+    that does not conserve.
+
+    Raises:
+        InputError: unknown name, transformation or axes; rho_inf outside [0, 1], or given for
+            ``newmark``.
     """
 
-    name: str
-    alpha_m: float
-    alpha_f: float
-    gamma: float
-    beta: float
-    transformation: str = "midpoint"
+    name: str = setting("The quasi energy-momentum conserving scheme, or the trapezoidal rule, a "
+                        "baseline.", "quasi", choices=SCHEMES, option="scheme")
+    rho_inf: float = setting("Spectral radius at infinity, 0 to 1; 1 conserves, smaller values "
+                             "dissipate high frequencies.", 1.0)
+    transformation: str = setting("T at the generalized midpoint, or the weighted mean of both "
+                                  "ends.", "midpoint", choices=TRANSFORMATIONS)
+    axes: str = setting("Axes of the rotational variables: following each node, or global ones "
+                        "that are switched (the paper's).", "nodal", choices=AXES)
+
+    def __post_init__(self):
+        check_fields(self)
+        if self.name == "newmark" and (self.rho_inf, self.transformation) != (1.0, "midpoint"):
+            raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
+                             "none")
+        if not 0.0 <= self.rho_inf <= 1.0:
+            raise InputError(f"rho_inf must lie in [0, 1], is {self.rho_inf:g}")
+
+    @property
+    def alpha_m(self):
+        """``(2 rho - 1)/(rho + 1)``: inertia is taken at t_{n + 1 - alpha_m}."""
+        return 0.0 if self.name == "newmark" else (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
+
+    @property
+    def alpha_f(self):
+        """``rho/(rho + 1)``: forces are taken at t_{n + 1 - alpha_f}."""
+        return 0.0 if self.name == "newmark" else self.rho_inf / (self.rho_inf + 1.0)
+
+    @property
+    def gamma(self):
+        """``1/2 - alpha_m + alpha_f``."""
+        return 0.5 + (self.alpha_f - self.alpha_m)
+
+    @property
+    def beta(self):
+        """``(1 - alpha_m + alpha_f)^2 / 4``."""
+        return 0.25 * (1.0 + (self.alpha_f - self.alpha_m)) ** 2
 
     def midpoint(self, dt):
         """(alpha_f, factor of K_G, factors of (delta, U_dot, U_ddot) in Eqs. 57b and 57a)."""
@@ -46,32 +81,3 @@ class Scheme:
         return (gamma / (beta * dt), (beta - gamma) / beta,
                 (2.0 * beta - gamma) / (2.0 * beta) * dt,
                 1.0 / (beta * dt**2), -1.0 / (beta * dt), (2.0 * beta - 1.0) / (2.0 * beta))
-
-
-def make_scheme(name="quasi", rho_inf=1.0, transformation="midpoint"):
-    """The scheme ``name``.
-
-    ``quasi``: the paper's quasi energy-momentum scheme with
-    ``alpha_m = (2 rho - 1)/(rho + 1)``, ``alpha_f = rho/(rho + 1)``, ``gamma = 1/2 - alpha_m +
-    alpha_f``, ``beta = (1 - alpha_m + alpha_f)^2 / 4`` (Chung and Hulbert 1993; the paper points to
-    its reference [67]).  rho_inf = 1 conserves, smaller values dissipate high frequencies.
-
-    ``newmark``: the trapezoidal rule with equilibrium at t_{n+1}, a baseline that does not
-    conserve.
-
-    Raises:
-        InputError: unknown name or transformation, rho_inf outside [0, 1].
-    """
-    choice("scheme", name, SCHEMES)
-    choice("transformation", transformation, TRANSFORMATIONS)
-    if name == "newmark":
-        if rho_inf != 1.0 or transformation != "midpoint":
-            raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
-                             "none")
-        return Scheme(name, 0.0, 0.0, 0.5, 0.25)
-    if not 0.0 <= rho_inf <= 1.0:
-        raise InputError(f"rho_inf must lie in [0, 1], is {rho_inf:g}")
-    alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
-    alpha_f = rho_inf / (rho_inf + 1.0)
-    shift = alpha_f - alpha_m
-    return Scheme(name, alpha_m, alpha_f, 0.5 + shift, 0.25 * (1.0 + shift) ** 2, transformation)

@@ -1,4 +1,4 @@
-"""Running a model: settings, the loop over time steps, and the result."""
+"""Running a model: the loop over time steps, and the result."""
 
 import time
 from dataclasses import dataclass
@@ -6,21 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import choice, instance, integer, number, positive
+from ..checks import instance
 from ..errors import InputError
 from ..model.model import Model
-from ..results.recorder import Recorder, output_path
+from ..results.files import output_path
+from ..results.recorder import Recorder
 from ..runtime.provenance import describe
-from ..system.linear import SOLVERS
-from ..system.system import AXES, Seconds, StepRecord, System
-from .newton import NEWTON, NewtonRule
-from .scheme import make_scheme
-
-DEFAULT_FRAMES = 200
-"""Frames written at most, beside the first, when their interval is not given."""
-
-MOST_STEPS = 1e8
-"""Longest history: 16 GB."""
+from ..system.system import Seconds, StepRecord, System
+from .settings import Settings
 
 HISTORY = np.dtype([
     ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
@@ -32,79 +25,6 @@ HISTORY = np.dtype([
 
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a model is run.
-
-    Attributes:
-        dt: time step [s]; end_time: simulated time [s], a multiple of dt.
-        scheme, rho_inf, transformation: see ``make_scheme``.
-        axes: in which the rotational variables are components: ``global``, switched as in the
-            paper, or ``nodal``, axes that follow each node; see ``kernels.charts``.
-        solver: ``auto``, ``skyline`` or ``dense``.
-        newton: ``modified``: a factorization serves for many iterations and steps; ``full``: a new
-            one each time, as in the paper.  See ``dynamics.newton``.
-        tolerance: of the work ratio cc, Eq. (67); min_iterations: of ``full``.
-        max_iterations: iterations after which a step is halved.
-        frame_every: steps between two frames (and checkpoints); 0 for about 200 frames a run.
-    """
-
-    dt: float
-    end_time: float
-    scheme: str = "quasi"
-    rho_inf: float = 1.0
-    transformation: str = "midpoint"
-    axes: str = "nodal"
-    solver: str = "auto"
-    newton: str = "modified"
-    tolerance: float = 1e-6
-    min_iterations: int = 3
-    max_iterations: int = 20
-    frame_every: int = 0
-
-    def __post_init__(self):
-        for name in ("dt", "end_time"):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "s"))
-        for name in ("rho_inf", "tolerance"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
-        for name in ("min_iterations", "max_iterations", "frame_every"):
-            object.__setattr__(self, name, integer(name, getattr(self, name)))
-        steps = self.end_time / self.dt
-        if steps > MOST_STEPS:
-            raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
-                             f"{self.dt:g} s, at most {MOST_STEPS:.0e} can be recorded")
-        if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-            below = int(steps)
-            raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
-                             f"the nearest ones are {below * self.dt:g} and "
-                             f"{(below + 1) * self.dt:g} s")
-        choice("solver", self.solver, SOLVERS)
-        choice("axes", self.axes, AXES)
-        choice("newton", self.newton, NEWTON)
-        if self.frame_every < 0:
-            raise InputError(f"frame_every must not be negative, is {self.frame_every}")
-        make_scheme(self.scheme, self.rho_inf, self.transformation)
-        NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
-                   self.newton == "modified")
-
-    @property
-    def n_steps(self):
-        return round(self.end_time / self.dt)
-
-    @property
-    def rule(self):
-        """``NewtonRule``."""
-        return NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
-                          self.newton == "modified")
-
-    @property
-    def frame_steps(self):
-        """Steps after which a frame is written: every n-th one, and the last."""
-        every = self.frame_every or -(-self.n_steps // DEFAULT_FRAMES)
-        steps = np.arange(0, self.n_steps + 1, every)
-        return steps if steps[-1] == self.n_steps else np.append(steps, self.n_steps)
 
 
 @dataclass(frozen=True)
@@ -125,9 +45,10 @@ class Result:
 
     Attributes:
         history: (n_steps + 1,) structured array, fields of ``HISTORY``.
-        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
-            junction that of its first plate.
-        unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
+        displacement: (n_nodes, 3) at the end [m].
+        normals: (n_nodes, 3) at the end, at a junction that of its first plate.
+        unloaded_at: time from which no load acts [s].
+        supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
         settings: ``Settings``.
@@ -191,12 +112,13 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
 
     Args:
-        model: ``Model``; settings: ``Settings``.
+        model: ``Model``.
+        settings: ``Settings``.
         output: result file (HDF5); None keeps the result in memory only.
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last checkpoint if it exists.
         progress: called after every step with (step, n_steps, history row).
-        case: name and mesh of a benchmark, stored with the result.
+        case: name of the benchmark or the model file, stored with the result.
 
     Returns:
         ``Result``.
@@ -220,9 +142,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case):
-    system = System(model, settings.solver, settings.axes == "nodal")
-    scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
-    rule = settings.rule
+    scheme = settings.scheme
+    system = System(model, settings.solver, scheme.axes == "nodal")
     state = system.initial_state()
     n_steps, frame_steps = settings.n_steps, settings.frame_steps
     history = np.zeros(n_steps + 1, dtype=HISTORY)
@@ -246,8 +167,8 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     system.seconds = Seconds()
     for step in range(done + 1, n_steps + 1):
         record = StepRecord()
-        instant = system.advance(state, scheme, rule, (step - 1) * settings.dt,
-                                 settings.dt, record)
+        instant = system.advance(state, scheme, settings.newton,
+                                 (step - 1) * settings.dt, settings.dt, record)
         _fill(history[step], step * settings.dt, instant, state, record)
         if step in frame_of_step:
             system.kept.forget()
@@ -265,7 +186,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
 
 def _check_impulses(model, settings):
     """Loads are sampled once a step, at its generalized midpoint: dt must not miss a pulse."""
-    alpha_f = make_scheme(settings.scheme, settings.rho_inf, settings.transformation).alpha_f
+    alpha_f = settings.scheme.alpha_f
     for k, load in enumerate(model.loads):
         end = min(settings.end_time, load.history.times[-1])
         if end <= 0.0:

@@ -8,23 +8,23 @@ the rotational variables may be switched after every iteration.
 
 import time
 import zlib
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from threadpoolctl import threadpool_limits
 
-from ..checks import count, floats, instance, integer, number, positive
+from ..checks import count, floats, instance, positive
 from ..errors import InputError, StepError
 from ..kernels import assembly
 from ..model.loads import CONSTANT
 from ..model.model import Model
-from ..results.recorder import output_path
+from ..results.files import output_path
 from ..runtime.provenance import describe
 from ..system.linear import SingularMatrix
 from ..system.system import NOT_TOLD, State, System
 from .result import Rows, StaticResult
+from .settings import StaticSettings
 
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Step factors of equilibrium at the end of the increment: no inertia, no averaging."""
@@ -34,40 +34,6 @@ LARGEST_TURN = 1.0
 
 ROOM = 100
 """Steps of an arc length that a file has room for at first."""
-
-
-@dataclass(frozen=True)
-class StaticSettings:
-    """How equilibrium is iterated.
-
-    Attributes:
-        solver: ``skyline`` (takes indefinite matrices beyond limit points as they are), ``auto`` or
-            ``dense``.
-        tolerance: largest work of a correction relative to that of the first one of its step; the
-            work is quadratic, so 1e-16 stands for corrections 1e-8 times the first.
-        max_iterations: iterations after which a step is divided.
-        fast_iterations: a step converged within so many lets the next one grow by half.
-        max_divisions: a step is at most divided by ``2 ** max_divisions``.
-    """
-
-    solver: str = "skyline"
-    tolerance: float = 1e-16
-    max_iterations: int = 16
-    fast_iterations: int = 6
-    max_divisions: int = 12
-
-    def __post_init__(self):
-        object.__setattr__(self, "tolerance", number("tolerance", self.tolerance))
-        for name in ("max_iterations", "fast_iterations", "max_divisions"):
-            object.__setattr__(self, name, integer(name, getattr(self, name)))
-        if not 0 <= self.max_divisions <= 40:
-            raise InputError(f"max_divisions must lie in [0, 40], is {self.max_divisions}")
-        if not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
-        if self.fast_iterations < 1:
-            raise InputError(f"fast_iterations must be at least 1, is {self.fast_iterations}")
-        if self.max_iterations < 2:
-            raise InputError(f"max_iterations must be at least 2, is {self.max_iterations}")
 
 
 def solve_linear(model, solver="skyline"):

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results.recorder import Recorder, read
+from ..results.reading import read
+from ..results.recorder import Recorder
 
 HISTORY = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
@@ -23,10 +24,12 @@ class StaticResult:
 
     Attributes:
         factors: (n,) load factors.
-        displacement: (n, n_nodes, 3) [m]; normals: (n, n_nodes, 3).
+        displacement: (n, n_nodes, 3) [m].
+        normals: (n, n_nodes, 3), at a junction that of the first plate.
         strain_energy: (n,) [J].
         reactions: (n, n_nodes, 3) forces of the supports [N].
-        iterations: (n,) Newton iterations since the row before; steps: (n,) load steps taken.
+        iterations: (n,) Newton iterations since the row before.
+        steps: (n,) load steps taken since the row before.
         works: works of the corrections of the last step computed, first to last.
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).

@@ -20,9 +20,6 @@ ROUNDOFF = 4.0 * np.finfo(float).eps
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
 
-AXES = ("nodal", "global")
-"""Axes of the rotational variables: following each node, or global ones (the paper's)."""
-
 NOT_TOLD = -1
 """Number of indefinite matrices where the solver does not tell."""
 
@@ -32,10 +29,12 @@ class State:
     """Everything that one instant of the motion consists of.
 
     Attributes:
-        x, x_low: (n_nodes, 3) positions and their rounding errors [m].
-        variables: (n_nodes, 3) rotational variables; chart: (n_nodes, 3, 3), their axes, see
-            ``kernels.charts``.
-        velocity, acceleration: (n_dof,) U_dot and U_ddot.
+        x: (n_nodes, 3) positions [m].
+        x_low: (n_nodes, 3) their rounding errors [m].
+        variables: (n_nodes, 3) rotational variables.
+        chart: (n_nodes, 3, 3) their axes, see ``kernels.charts``.
+        velocity: (n_dof,) U_dot.
+        acceleration: (n_dof,) U_ddot.
         external_work: work of the loads since t = 0 [J].
     """
 
@@ -48,6 +47,20 @@ class State:
     external_work: float = 0.0
 
     ARRAYS = ("x", "x_low", "variables", "chart", "velocity", "acceleration")
+
+    def pack(self):
+        """All numbers of the state as one float64 vector."""
+        arrays = [getattr(self, name).ravel() for name in self.ARRAYS]
+        return np.concatenate([*arrays, [self.external_work]])
+
+    def unpack(self, packed):
+        """Take over the numbers of ``pack``."""
+        at = 0
+        for name in self.ARRAYS:
+            array = getattr(self, name)
+            array[...] = packed[at:at + array.size].reshape(array.shape)
+            at += array.size
+        self.external_work = float(packed[at])
 
 
 @dataclass
