@@ -26,6 +26,8 @@ from ..system.system import NOT_TOLD, State, System
 from .result import Rows, StaticResult
 from .settings import StaticSettings
 
+DEFAULT = StaticSettings()
+
 STATIC = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Step factors of equilibrium at the end of the increment: no inertia, no averaging."""
 
@@ -55,15 +57,17 @@ def solve_linear(model, solver="skyline"):
 
 
 @threadpool_limits.wrap(limits=1)
-def load_control(model, factors, settings=StaticSettings(), progress=None, *, output=None,
+def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None,
                  overwrite=False, resume=False):
     """Equilibrium at each of the ascending load ``factors``, from zero load.
 
     A step that does not converge is divided, and grows again where it converges fast.
 
     Args:
-        model: ``Model`` with supports; factors: load factors to stop at.
-        settings: ``StaticSettings``; progress: called with (factor, last factor).
+        model: ``Model`` with supports.
+        factors: load factors to stop at.
+        settings: ``StaticSettings``.
+        progress: called with (factor, last factor).
         output: result file (HDF5), which gets a row and a frame for zero load and each factor.
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last factor if it exists.
@@ -108,7 +112,7 @@ def load_control(model, factors, settings=StaticSettings(), progress=None, *, ou
 
 
 @threadpool_limits.wrap(limits=1)
-def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, wanted=5, *,
+def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5, *,
                output=None, overwrite=False, resume=False):
     """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
 
@@ -117,9 +121,12 @@ def arc_length(model, length, until, settings=StaticSettings(), max_steps=2000, 
     ``wanted`` iterations are needed.
 
     Args:
-        model: ``Model``; length: first arc length [m].
+        model: ``Model``.
+        length: first arc length [m].
         until: function of a row ``(factor, displacement)`` that ends the path when true.
-        settings, wanted: see above; max_steps: steps of the path at most.
+        settings: ``StaticSettings``.
+        max_steps: steps of the path at most.
+        wanted: iterations of a step, see above.
         output: result file (HDF5), which gets every row and frame; ParaView shows their numbers as
             time, because factors may fall.
         overwrite: replace ``output`` if it exists.
