@@ -38,7 +38,7 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     """
     from corovec import InputError
     from corovec.benchmarks import case_names
-    from corovec.solver.results.recorder import writable_folder
+    from corovec.solver.results.files import writable_folder
     from corovec.solver.runtime.execution import dask_workers, processes
 
     from .campaign import Campaign

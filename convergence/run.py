@@ -14,7 +14,13 @@ from corovec.solver.runtime.provenance import fingerprint
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A model with the settings to run it with; ``case`` is the name of its benchmark, if any."""
+    """A model with the settings to run it with.
+
+    Attributes:
+        model: ``Model``.
+        settings: ``Settings``.
+        case: name of its benchmark, if any.
+    """
 
     model: Model
     settings: Settings
@@ -39,7 +45,7 @@ class Run:
     def __str__(self):
         s = self.settings
         return (f"{self.case or 'model'}, {self.elements} elements, dt {s.dt:g} s, end time "
-                f"{s.end_time:g} s, {s.scheme}, rho_inf {s.rho_inf:g}")
+                f"{s.end_time:g} s, {s.scheme.name}, rho_inf {s.scheme.rho_inf:g}")
 
 
 def as_run(item):

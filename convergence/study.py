@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corovec import InputError, Settings, total_energy
+from corovec import InputError, Newton, Scheme, Settings, total_energy
 from corovec.benchmarks import load_case
 from corovec.solver.checks import choice
 from corovec.solver.dynamics.simulation import unloaded_row
@@ -42,8 +42,8 @@ CHECKPOINTS = 20
 FRAMES = 10
 """Frames until unloading of a run whose motion is looked at."""
 
-FLIGHT_TOLERANCE = 1e-10
-"""Convergence tolerance of the drift study: what the default (1e-6) leaves over in every step adds
+FLIGHT = Newton(tolerance=1e-10)
+"""Newton's iteration in the drift study: what the default (1e-6) leaves over in every step adds
 up (seen: angular momentum of the three plates, dt = 0.01 s, 6e-8 with 1e-6, 9e-10 with this)."""
 
 
@@ -52,10 +52,12 @@ class Size:
     """How much is computed.
 
     Attributes:
-        meshes: how many meshes at most, the coarsest, None for all; elements: those beyond the
-            second have at most so many elements.
-        steps: most steps until unloading in the temporal study; drift_steps: in the drift study.
-        mesh_work, work: elements times steps of a run of the mesh study, and of the others.
+        meshes: how many meshes at most, the coarsest, None for all.
+        elements: meshes beyond the second have at most so many elements.
+        steps: most steps until unloading in the temporal study.
+        drift_steps: most steps until unloading in the drift study.
+        mesh_work: elements times steps of a run of the mesh study.
+        work: elements times steps of any other run.
         drift_levels: how many time steps the drift study compares.
         flight: end of the drift study as a multiple of the unloading time; None: the paper's.
         paper_step: whether the mesh study takes the paper's time step.
@@ -158,8 +160,8 @@ class CaseStudy:
         frames = None
         if self.motion and rho_inf == 1.0:
             frames = round(FRAMES * self.drift_time / self.unloaded_at)
-        return self._run(self.elements[0], dt, self.drift_time, frames, rho_inf=rho_inf,
-                         tolerance=FLIGHT_TOLERANCE)
+        return self._run(self.elements[0], dt, self.drift_time, frames,
+                         scheme=Scheme(rho_inf=rho_inf), newton=FLIGHT)
 
     @property
     def motion(self):

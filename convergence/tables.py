@@ -9,7 +9,7 @@ import pandas as pd
 
 from corovec import drift, total_energy
 from corovec.solver.dynamics.simulation import unloaded_row
-from corovec.solver.results.recorder import replacing
+from corovec.solver.results.files import replacing
 from corovec.solver.runtime.provenance import commit, machine, versions
 
 from .motion import Growth, deviations, displacement, dominant_line, growth, recurrence
@@ -247,7 +247,8 @@ def runs_table(study, outcomes):
         if run.case == study.case:
             rows.append({
                 "case": run.case, "elements": run.elements, "membrane": run.model.membrane,
-                "dt": s.dt, "end_time": s.end_time, "scheme": s.scheme, "rho_inf": s.rho_inf,
+                "dt": s.dt, "end_time": s.end_time, "scheme": s.scheme.name,
+                "rho_inf": s.scheme.rho_inf,
                 "status": outcome.status, "error": outcome.error, **run_measures(outcome),
                 "begun_at": outcome.begun_at, "key": run.key})
     return pd.DataFrame(rows).sort_values(["elements", "end_time", "rho_inf", "dt"],

@@ -8,13 +8,15 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from corovec import InputError, Model, NodalLoad, Settings, Support, TimeFunction
+from corovec import InputError, Model, Newton, NodalLoad, Scheme, Settings, Support, TimeFunction
 from corovec.benchmarks import load_case
 from corovec.convergence import Run, run
 
-SETTINGS = {"dt": 0.005, "end_time": 0.2, "scheme": "newmark", "rho_inf": 0.9,
-            "transformation": "average", "axes": "global", "solver": "skyline", "newton": "full",
-            "tolerance": 1e-8, "min_iterations": 2, "max_iterations": 30, "frame_every": 3}
+SETTINGS = {
+    Settings: {"dt": 0.005, "end_time": 0.2, "scheme": Scheme("newmark"),
+               "newton": Newton("full"), "solver": "skyline", "frame_every": 3},
+    Scheme: {"name": "newmark", "rho_inf": 0.9, "transformation": "average", "axes": "global"},
+    Newton: {"kind": "full", "tolerance": 1e-8, "min_iterations": 2, "max_iterations": 30}}
 
 MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 2, 3, 0)],
          "thickness": 0.2, "youngs": 2.0, "poisson": 0.2, "density": 2.0,
@@ -35,10 +37,14 @@ def key(settings=None, case=None, **changes):
     return Run(plate(**changes), settings or Settings(dt=0.01, end_time=0.1), case).key
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(Settings)])
-def test_every_setting_changes_the_hash(name):
+@pytest.mark.parametrize("owner, name", [(owner, field.name) for owner in SETTINGS
+                                         for field in fields(owner)])
+def test_every_setting_changes_the_hash(owner, name):
     settings = Settings(dt=0.01, end_time=0.1)
-    assert key(replace(settings, **{name: SETTINGS[name]})) != key(settings)
+    change = {name: SETTINGS[owner][name]}
+    if owner is not Settings:
+        change = {owner.__name__.lower(): owner(**change)}
+    assert key(replace(settings, **change)) != key(settings)
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Model) if field.name not in
@@ -93,7 +99,7 @@ def test_equal_runs_have_equal_hashes_in_every_process():
     assert key() == key(settings, thickness=[0.1], velocity=np.zeros((4, 3)), supports=())
     mesh = load_case("l-plate").model(30)
     script = ("from corovec import Settings; from corovec.benchmarks import load_case;"
-              "from convergence import Run;"
+              "from corovec.convergence import Run;"
               "print(Run(load_case('l-plate').model(30), Settings(dt=0.01, end_time=0.1)).key)")
     other = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
                            check=True, env={**os.environ, "PYTHONPATH": ":".join(sys.path)})

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from corovec import InputError, Settings, StepError, simulate
+from corovec import InputError, Newton, Scheme, Settings, StepError, simulate
 from corovec.benchmarks import case_names, load_case
 from corovec.convergence import store, study, tables, verdicts
 from corovec.convergence.cli import converge
@@ -64,7 +64,7 @@ class Formula:
             history["halvings"][1], energy = 1, energy + 0.01
         begin = self.run.model.unloaded_at
         flown = np.maximum(0.0, (history["time"] - begin) / (s.end_time - begin))
-        changed = flown * (self.drift * s.dt**2 - 0.1 * (1.0 - s.rho_inf))
+        changed = flown * (self.drift * s.dt**2 - 0.1 * (1.0 - s.scheme.rho_inf))
         history["kinetic_energy"] = energy * (1.0 + changed)
         history["momentum_scale"] = history["angular_scale"] = 1.0
         history["linear_momentum"][-1, 0], history["angular_momentum"][-1, 0] = self.momenta
@@ -211,7 +211,7 @@ def test_a_bad_scheme_is_found_out():
     change: all open."""
     def bad(outcome, settings):
         outcome.step_error /= settings.dt
-        outcome.drift = (1e-4 if settings.rho_inf == 1.0 else 1.0) / settings.dt**2
+        outcome.drift = (1e-4 if settings.scheme.rho_inf == 1.0 else 1.0) / settings.dt**2
         outcome.momenta = 1e-10, 1e-7
 
     case_study = CaseStudy("l-plate")
@@ -260,7 +260,7 @@ def test_failed_runs_leave_gaps_not_errors():
     """One mesh, one time step and one rho_inf fail: the rest of every table is there."""
     def failing(run):
         s = run.settings
-        return run.elements == 480 or s.dt == 0.0025 or s.rho_inf == 0.5
+        return run.elements == 480 or s.dt == 0.0025 or s.scheme.rho_inf == 0.5
 
     _, frames, _ = found(CaseStudy("l-plate"), failing=failing)
     assert np.isnan(frames["mesh"]["energy"]).tolist() == [False, False, True]
@@ -385,7 +385,8 @@ def test_frames_of_the_drift_study():
     assert settings.frame_every * settings.dt == pytest.approx(shell.unloaded_at / study.FRAMES)
     assert len(plain.drift_run(plain.drift_steps[0]).settings.frame_steps) == 21
     assert len(shell.drift_run(shell.drift_steps[0], 0.9).settings.frame_steps) < 25
-    assert settings.tolerance == study.FLIGHT_TOLERANCE < Settings(1.0, 1.0).tolerance
+    assert settings.newton == study.FLIGHT
+    assert study.FLIGHT.tolerance < Newton().tolerance
 
 
 TINY = Size(2, np.inf, 100, 100, 1.5e4, 2e4, 2, 2.0)
@@ -451,8 +452,8 @@ def test_the_trapezoidal_rule_is_found_out(command, monkeypatch):
 
     angular = "angular momentum drift, 2 s, dt = 0.005 s"
     assert verdicts()[angular] == "match"
-    monkeypatch.setattr(study, "Settings", lambda rho_inf=1.0, **settings: Settings(
-        scheme="newmark", **settings))
+    monkeypatch.setattr(study, "Settings", lambda **settings: Settings(
+        **{**settings, "scheme": Scheme("newmark")}))
     study.case_run.cache_clear()
     found = verdicts()
     study.case_run.cache_clear()

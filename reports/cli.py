@@ -41,7 +41,7 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
     """
     from tqdm import tqdm
 
-    from corovec.solver.results.recorder import writable_folder, writable_path
+    from corovec.solver.results.files import writable_folder, writable_path
 
     from .gallery import gallery, open_together
     from .style import save, targets
@@ -117,7 +117,7 @@ def reproduce(names, size, jobs, output, list_only, page_only):
       corovec reproduce time-table-2 verify
     """
     from corovec import InputError
-    from corovec.solver.results.recorder import writable_folder
+    from corovec.solver.results.files import writable_folder
     from corovec.solver.runtime.provenance import usable_cores
 
     from .page import build

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from corovec.solver.checks import integer, number, positive
 from corovec.solver.dynamics.simulation import total_energy
 from corovec.solver.errors import InputError
-from corovec.solver.results.recorder import writable_path
+from corovec.solver.results.files import writable_path
 
 from .scenes import instant
 from .space import Space, View, best_view, bounds, density_bar, density_scale

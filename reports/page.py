@@ -16,7 +16,7 @@ from corovec.benchmarks import load_case
 from corovec.convergence.claims import claims, mesh_claims
 from corovec.convergence.study import printed_results
 from corovec.convergence.verdicts import assumptions
-from corovec.solver.results.recorder import replacing
+from corovec.solver.results.files import replacing
 from corovec.solver.runtime.execution import complete, processes
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
 from corovec.timing.tables import TABLES

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from corovec import InputError, ResultFileError, convergence, solver, timing, verification
 from corovec.benchmarks import case_names
 from corovec.convergence.run import code_version
-from corovec.solver.results.recorder import replacing
+from corovec.solver.results.files import replacing
 from corovec.timing.report import NAMES as TIMINGS
 from corovec.verification.registry import CASES
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from corovec.solver.errors import InputError, ResultFileError
 from corovec.solver.model.mesh import node_at, vector_areas
-from corovec.solver.results.recorder import read
+from corovec.solver.results.reading import read
 
 
 @dataclass(frozen=True, eq=False)

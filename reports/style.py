@@ -12,7 +12,7 @@ from subprocess import CalledProcessError
 import matplotlib as mpl
 
 from corovec.solver.errors import InputError, ResultFileError
-from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.results.files import replacing, writable_path
 
 BLUE, ORANGE, GREEN, PURPLE, BLACK, SKY, VERMILLION = (
     "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#D55E00")

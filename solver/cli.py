@@ -122,7 +122,7 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
 
     from .compilation import warm_up
     from .dynamics.simulation import Settings, simulate
-    from .results.recorder import writable_path
+    from .results.files import writable_path
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
@@ -177,7 +177,7 @@ def info(file, as_json):
     Example:
       corovec info run.h5
     """
-    from .results.recorder import read
+    from .results.reading import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
     if "factor" in history.dtype.names:

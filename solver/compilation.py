@@ -15,13 +15,15 @@ from tempfile import TemporaryDirectory
 from filelock import FileLock, Timeout
 from numpy import zeros
 
-from .dynamics.scheme import make_scheme
-from .dynamics.simulation import Settings, simulate
-from .kernels import assembly
+from .dynamics.scheme import Scheme
+from .dynamics.settings import Settings
+from .dynamics.simulation import simulate
+from .kernels import assembly, updates
 from .model.loads import NodalLoad, TimeFunction
 from .model.model import Model
 from .runtime.process import child_environment
 from .runtime.provenance import usable_cores
+from .system.state import blank_place, blank_state
 from .system.system import System
 
 DT = 0.01
@@ -60,18 +62,23 @@ def warm_up():
 def _compile_others():
     """Compile most of what does not assemble."""
     system = System(_plate())
-    state, correction = system.placed_state(), zeros(system.numbering.n_dof)
-    system.switch(state, DT)
-    system.predict_strains(state, correction)
-    system.turn(state, correction)
-    system.largest_turn(correction)
+    coordinates, correction = system.coordinates, zeros(system.numbering.n_dof)
+    state = coordinates.initial_state(system.model)
+    place = system.observe(state)
+    coordinates.renew(state, DT)
+    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, place.start,
+                            correction, system.predictions())
+    coordinates.largest_turn(place.start, correction)
+    coordinates.correct(state, place.start, correction)
 
 
 def compile_assembly():
     """Compile the kernel that assembles; prints where its files are."""
-    system = System(_plate())
-    system.assemble(system.blank_state(), make_scheme().midpoint(DT), False,
-                    zeros(system.numbering.n_dof), system.loads_at(0.0))
+    system, model = System(_plate()), _plate()
+    n_dof = system.numbering.n_dof
+    state = blank_state(model.nodes, n_dof)
+    system.assemble(state, blank_place(system.elements, len(model.normals)), Scheme().midpoint(DT),
+                    zeros(n_dof), system.loads(0.0))
     print(_folder())
 
 

@@ -7,7 +7,7 @@ import sys
 import click
 
 from corovec.solver.errors import InputError
-from corovec.solver.results.recorder import writable_folder, writable_path
+from corovec.solver.results.files import writable_folder, writable_path
 
 from .measure import SIZES, single_thread, surroundings
 from .report import NAMES, run, text

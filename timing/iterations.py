@@ -11,9 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from corovec import Settings, make_scheme, simulate
+from corovec import Newton, Scheme, Settings, simulate
 from corovec.benchmarks import load_case
-from corovec.solver.dynamics.newton import NewtonRule
 from corovec.solver.system.system import System
 from corovec.verification.element_oracle import relative
 from corovec.verification.helpers import full_matrix, no_loads
@@ -25,8 +24,8 @@ from .solvers import make_system
 CASE, ELEMENTS = "l-plate", 30
 START_DT = 0.01
 STEPS = (1e-4, 1e-3, 5e-3, 1e-2, 2e-2)
-PAPER = NewtonRule(min_iterations=1)
-CONVERGED = NewtonRule(tolerance=1e-14, min_iterations=1, max_iterations=40)
+PAPER = Newton("full", min_iterations=1)
+CONVERGED = Newton("full", tolerance=1e-14, min_iterations=1, max_iterations=40)
 
 WEIGHTLESS = 1e-30
 """Young's modulus [Pa] at which only the inertial part of a residual is left."""
@@ -72,12 +71,12 @@ def step_iterations(dts=STEPS):
     for dt in dts:
         exact, _ = newton(system, state, dt, CONVERGED, step_jacobian)
         size = np.abs(exact).max()
-        step, start = make_scheme().midpoint(dt), dt * state.velocity
+        step, start = Scheme().midpoint(dt), dt * state.velocity
         J = step_jacobian(system, state, step, start)
         for name, matrix in MATRICES.items():
             early, works = newton(system, state, dt, PAPER, matrix)
             full, more = newton(system, state, dt, CONVERGED, matrix)
-            ruled, _ = newton(system, state, dt, NewtonRule(), matrix)
+            ruled, _ = newton(system, state, dt, Newton("full"), matrix)
             gap = relative(matrix(system, state, step, start), J)
             rows.append({"dt": dt, "matrix": name, "gap": float(gap), "iterations": len(works),
                          "iterations_converged": len(more),
@@ -92,12 +91,12 @@ def long_run(dt=START_DT, times=(2.0, 5.0, 10.0), tolerance=1e-13):
     """The paper's rule against a tight one from rest on: whether the error of stopping early
     accumulates.  A row a time: energy drifts, and the largest difference of displacements [m]."""
     model = load_case(CASE).model(ELEMENTS)
-    rules = {"paper": {}, "tight": {"tolerance": tolerance}}
+    rules = {"paper": Newton("full"), "tight": Newton("full", tolerance=tolerance)}
     rows = []
     for end in times:
         row, ends = {"dt": dt, "time": end}, []
         for name, rule in rules.items():
-            result = simulate(model, Settings(dt=dt, end_time=end, newton="full", **rule))
+            result = simulate(model, Settings(dt=dt, end_time=end, newton=rule))
             row[f"{name}_energy_drift"] = result.drift.energy
             row[f"{name}_angular_momentum_drift"] = result.drift.angular_momentum
             row[f"{name}_iterations"] = float(result.history["iterations"][1:].mean())

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from corovec import Settings, StepError, make_scheme, warm_up
+from corovec import Newton, Scheme, StepError, warm_up
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
 from corovec.solver.system.system import StepRecord
 
@@ -23,8 +23,8 @@ class Effort:
     """How much is measured.
 
     Attributes:
-        rounds: repetitions of every measurement; long_rounds: of single calls above
-            ``LONG_CALL`` seconds.
+        rounds: repetitions of every measurement.
+        long_rounds: repetitions of single calls above ``LONG_CALL`` seconds.
         round_seconds: CPU seconds that a round may take; it does as many steps as fit, at least
             one, at most the table's 100 or 10.
         step_seconds: longest whole step of a dense solver; beyond, single calls are timed.
@@ -102,13 +102,15 @@ class Stepper:
     with a new matrix in each iteration.
 
     Attributes:
-        system, state: of the model; done: steps so far; record: iterations and so on, in sum.
+        system: of the model.
+        state: of the system.
+        done: steps so far.
+        record: iterations and so on, in sum.
     """
 
     def __init__(self, model, dt, method="auto"):
-        settings = Settings(dt=dt, end_time=dt, newton="modified" if method == "auto" else "full")
-        self.dt, self._rule = dt, settings.rule
-        self._scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
+        self.dt, self._scheme = dt, Scheme()
+        self._rule = Newton("modified" if method == "auto" else "full")
         self.system = make_system(model, method)
         self.state = self.system.initial_state()
         self.record, self.done = StepRecord(), 0

@@ -23,10 +23,10 @@ import click
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from corovec import Settings, simulate, warm_up
+from corovec import Newton, Settings, simulate, warm_up
 from corovec.benchmarks import load_case
 from corovec.solver.errors import StepError
-from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import isolated
 
 from .measure import load, surroundings
@@ -56,7 +56,7 @@ def run_ours(elements, dt, end_time, solver):
     cpu, wall = time.process_time(), time.perf_counter()
     try:
         settings = Settings(dt=dt, end_time=end_time, solver=solver,
-                            newton="modified" if solver == "auto" else "full")
+                            newton=Newton("modified" if solver == "auto" else "full"))
         result = simulate(model, settings, progress=keep)
     except StepError:
         return {"survived": False, "reached": reached[0]}

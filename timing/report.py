@@ -4,7 +4,7 @@ import json
 
 import pandas as pd
 
-from corovec.solver.results.recorder import replacing
+from corovec.solver.results.files import replacing
 
 from .growth import exponents, growth
 from .iterations import long_run, step_iterations

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from corovec import InputError, ResultFileError, make_scheme
+from corovec import InputError, ResultFileError, Scheme
 from corovec.benchmarks import load_case
 from corovec.solver.system.linear import SingularMatrix
 from corovec.timing import iterations, measure, peers, targets
@@ -248,7 +248,7 @@ def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
     # three different matrices: finite differences leave 1e-11
     assert 1e-10 < rows["M and F_m delayed"]["gap"] < 1e-6 < rows["symmetric"]["gap"]
     system, state = iterations.flight()
-    step, delta = make_scheme().midpoint(1e-2), 1e-2 * state.velocity
+    step, delta = Scheme().midpoint(1e-2), 1e-2 * state.velocity
     K, unsymmetric = (matrix(system, state, step, delta)
                       for matrix in (iterations.symmetric, iterations.delayed))
     assert relative(K.T, K) < 1e-15 and relative(unsymmetric.T, unsymmetric) > 1e-6

@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from corovec.solver.results.recorder import replacing, writable_path
+from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import complete, processes
 
 from .registry import Outcome, describe, find, make_report, run_case

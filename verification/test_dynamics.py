@@ -8,12 +8,13 @@ import pytest
 
 from corovec import (
     Model,
+    Newton,
     NodalLoad,
+    Scheme,
     Settings,
     StepError,
     Support,
     TimeFunction,
-    make_scheme,
     simulate,
 )
 from corovec.benchmarks import load_case
@@ -72,7 +73,8 @@ def test_one_sum_angular_momentum_is_not_conserved(quasi):
 def test_transformation_at_the_midpoint_conserves_angular_momentum_better():
     """T averaged over both ends instead of taken at the midpoint: momentum drifts 10x more."""
     model = load_case("l-plate").model(30)
-    drifts = {t: simulate(model, Settings(dt=1e-2, end_time=4.0, transformation=t)).drift
+    drifts = {t: simulate(model, Settings(dt=1e-2, end_time=4.0,
+                                          scheme=Scheme(transformation=t))).drift
               for t in ("midpoint", "average")}
     assert drifts["average"].angular_momentum > 10.0 * drifts["midpoint"].angular_momentum
     assert drifts["average"].linear_momentum < LINEAR
@@ -128,7 +130,8 @@ def test_dissipation_orders_with_rho():
     model = load_case("l-plate").model(30)
     losses = []
     for rho in (0.9, 0.5, 0.0):
-        energy = simulate(model, Settings(dt=1e-2, end_time=3.0, rho_inf=rho)).total_energy
+        settings = Settings(dt=1e-2, end_time=3.0, scheme=Scheme(rho_inf=rho))
+        energy = simulate(model, settings).total_energy
         losses.append(1.0 - energy[-1] / energy[101])
     assert 1e-5 < losses[0] < losses[1] < losses[2] < 0.1
 
@@ -137,7 +140,7 @@ def test_dissipation_orders_with_rho():
 def test_scheme_parameters(rho):
     """Second-order accuracy (gamma = 1/2 - alpha_m + alpha_f) and the spectral radius at infinity:
     the amplification matrix of a stiff oscillator has spectral radius rho_inf."""
-    s = make_scheme("quasi", rho)
+    s = Scheme("quasi", rho)
     assert np.isclose(s.gamma, 0.5 - s.alpha_m + s.alpha_f)
     dt, stiffness = 1.0, 1e8
     _, _, c_d, c_v, c_a, *_ = s.midpoint(dt)
@@ -215,7 +218,7 @@ def test_step_at_rounding_level_ends():
     model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
                   velocity=np.tile((100.0, -3.0, 7.0), (9, 1)))
     for newton, iterations in (("modified", 2), ("full", 3)):
-        result = simulate(model, Settings(dt=1e-2, end_time=1.0, newton=newton))
+        result = simulate(model, Settings(dt=1e-2, end_time=1.0, newton=Newton(newton)))
         assert result.history["iterations"][1:].max() == iterations
     assert np.abs(result.displacement - (100.0, -3.0, 7.0)).max() < 1e-10
 
@@ -223,7 +226,8 @@ def test_step_at_rounding_level_ends():
 def test_halved_steps_are_as_good_as_small_ones():
     """A run whose steps are halved again and again lands between its own dt and half of it."""
     model = load_case("l-plate").model(30)
-    forced = simulate(model, Settings(dt=4e-2, end_time=1.2, max_iterations=4, tolerance=1e-12))
+    strict = Newton(max_iterations=4, tolerance=1e-12)
+    forced = simulate(model, Settings(dt=4e-2, end_time=1.2, newton=strict))
     assert forced.history["halvings"].sum() > 10
     whole = simulate(model, Settings(dt=4e-2, end_time=1.2))
     fine = simulate(model, Settings(dt=5e-3, end_time=1.2))
@@ -234,7 +238,8 @@ def test_halved_steps_are_as_good_as_small_ones():
 def test_step_that_cannot_converge_is_told():
     """Newton given one iteration where it needs three: status, place and reason."""
     model = load_case("l-plate").model(30)
-    settings = Settings(dt=0.1, end_time=1.0, min_iterations=1, max_iterations=1, newton="full")
+    settings = Settings(dt=0.1, end_time=1.0,
+                        newton=Newton("full", min_iterations=1, max_iterations=1))
     with pytest.raises(StepError, match=r"no convergence at t = 0 s with dt = 9.77e-05 s: 1 iter"):
         simulate(model, settings)
 
@@ -261,7 +266,7 @@ def test_when_a_load_ends(values, end):
 
 
 def test_newmark_is_the_trapezoidal_rule():
-    s = make_scheme("newmark")
+    s = Scheme("newmark")
     assert (s.alpha_m, s.alpha_f, s.gamma, s.beta) == (0.0, 0.0, 0.5, 0.25)
 
 

@@ -1,11 +1,14 @@
 """Wrong input: one clear line that names the thing and its place, and nothing happens."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from corovec import (
     InputError,
     Model,
+    Newton,
     NodalLoad,
     NodalMoment,
     Pressure,
@@ -221,7 +224,7 @@ def test_what_is_no_model_or_no_settings(call, settings):
             call(wrong, settings)
         assert "\n" not in str(error.value)
     if settings is not None:
-        for wrong in (None, {"dt": 0.1}, Scheme("quasi", 0.5, 0.5, 0.5, 0.25)):
+        for wrong in (None, {"dt": 0.1}, Scheme()):
             with pytest.raises(InputError, match=f"^settings must be a {type(settings).__name__}"):
                 call(model(), wrong)
 
@@ -344,25 +347,49 @@ def test_bad_time_function(times, values, message):
     ({"end_time": np.inf}, "end_time must be finite"),
     ({"dt": 0.3}, "end_time 1 s is not a multiple of dt 0.3 s; the nearest ones are 0.9 and 1.2"),
     ({"dt": 3.0}, "end_time 1 s is not a multiple"),
-    ({"scheme": "euler"}, "scheme 'euler' is unknown, must be one of: quasi, newmark"),
-    ({"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
-    ({"rho_inf": np.nan}, "rho_inf must be finite"),
-    ({"transformation": "end"}, "transformation 'end' is unknown"),
+    ({"scheme": "quasi"}, r"scheme must be a Scheme, as scheme=Scheme\(name='quasi'\), is 'quasi'"),
+    ({"newton": "full"}, r"newton must be a Newton, as newton=Newton\(kind='full'\), is 'full'"),
+    ({"newton": Scheme()}, r"newton must be a Newton, is Scheme\("),
     ({"solver": "magma"}, "solver 'magma' is unknown, must be one of: auto, skyline, dense"),
-    ({"tolerance": 0.0}, "tolerance must lie in"),
-    ({"min_iterations": 0}, "min_iterations must lie in"),
     ({"frame_every": -1}, "frame_every must not be negative"),
     ({"frame_every": 2.5}, "frame_every must be an integer, is 2.5"),
-    ({"min_iterations": 2.5}, "min_iterations must be an integer"),
     ({"dt": "0.1"}, r"dt must be a number \[s\], is '0.1'"),
     ({"dt": 1e-12}, "at most 1e.08 can be recorded"),
-    ({"scheme": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
-    ({"max_iterations": 0}, "max_iterations must be at least 1, is 0"),
-    ({"max_iterations": 1, "min_iterations": 1}, "a kept matrix takes 2 iterations at least"),
 ])
 def test_bad_settings(options, message):
     with pytest.raises(InputError, match=message):
         Settings(**{"dt": 0.1, "end_time": 1.0, **options})
+
+
+@pytest.mark.parametrize("kind, options, message", [
+    (Scheme, {"name": "euler"}, "scheme 'euler' is unknown, must be one of: quasi, newmark"),
+    (Scheme, {"name": None}, "scheme 'None' is unknown"),
+    (Scheme, {"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
+    (Scheme, {"rho_inf": np.nan}, "rho_inf must be finite"),
+    (Scheme, {"rho_inf": "1"}, "rho_inf must be a number, is '1'"),
+    (Scheme, {"transformation": "end"}, "transformation 'end' is unknown"),
+    (Scheme, {"axes": "body"}, "axes 'body' is unknown, must be one of: nodal, global"),
+    (Scheme, {"name": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
+    (Newton, {"kind": "broyden"}, "newton 'broyden' is unknown, must be one of: modified, full"),
+    (Newton, {"tolerance": 0.0}, "tolerance must lie in"),
+    (Newton, {"min_iterations": 0}, "min_iterations must lie in"),
+    (Newton, {"min_iterations": 2.5}, "min_iterations must be an integer"),
+    (Newton, {"max_iterations": 0}, "max_iterations must be at least 1, is 0"),
+    (Newton, {"max_iterations": 1, "min_iterations": 1}, "a kept matrix takes 2 iterations at l"),
+])
+def test_bad_scheme_and_newton(kind, options, message):
+    with pytest.raises(InputError, match=message):
+        kind(**options)
+
+
+def test_settings_describe_themselves():
+    """Every field is in the docstring, with its unit and choices."""
+    for kind in (Settings, Scheme, Newton, StaticSettings):
+        for field in fields(kind):
+            line = next(line for line in kind.__doc__.splitlines()
+                        if line.startswith(f"        {field.name}: "))
+            assert f"[{field.metadata['unit']}]" in line or not field.metadata["unit"]
+            assert all(f"``{choice}``" in line for choice in field.metadata["choices"])
 
 
 def test_unknown_case_and_mesh():

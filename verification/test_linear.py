@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 from corovec import InputError
-from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.kernels import gauss, skyline
 from corovec.solver.system.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
 from corovec.solver.system.numbering import number_dofs
@@ -82,7 +82,7 @@ def test_real_tangents(kind, shell):
     system = make_system(model, kind)
     state, n = system.initial_state(), system.numbering.n_dof
     delta = rng.uniform(-1e-3, 1e-3, n)
-    step = make_scheme().midpoint(1e-2)
+    step = Scheme().midpoint(1e-2)
     assert system.assemble(state, step, False, delta, no_loads(system)) == 0
     A, b = full_matrix(system), rng.normal(size=n)
     negative = system.solver.factor()
@@ -102,7 +102,7 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     system = make_system(model)
     system.solver = solver
     n = numbering.n_dof
-    system.assemble(system.initial_state(), make_scheme().midpoint(1e-2), False, np.zeros(n),
+    system.assemble(system.initial_state(), Scheme().midpoint(1e-2), False, np.zeros(n),
                      no_loads(system))
     solver.values[solver.storage[2][7]] -= 1e6
     A, b = full_matrix(system), rng.normal(size=n)

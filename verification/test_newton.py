@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from corovec import Model, NodalLoad, Settings, Support, TimeFunction, simulate
+from corovec import Model, Newton, NodalLoad, Scheme, Settings, Support, TimeFunction, simulate
 from corovec.benchmarks import load_case
 from corovec.solver.kernels import transport as corotation
 from corovec.solver.system.linear import Banded, Skyline
@@ -34,9 +34,10 @@ def factorizations(monkeypatch):
 
 @pytest.mark.parametrize("model, settings", [
     (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5}),
-    (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5, "axes": "global"}),
-    (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5, "rho_inf": 0.5,
-                                              "transformation": "average"}),
+    (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5,
+                                      "scheme": Scheme(axes="global")}),
+    (lambda: load_case("l-plate").model(30), {"dt": 5e-3, "end_time": 1.5,
+                                      "scheme": Scheme(rho_inf=0.5, transformation="average")}),
     (lambda: load_case("plates").model(432), {"dt": 5e-3, "end_time": 0.4}),
     (hinged, {"dt": 5e-3, "end_time": 1.0}),
 ], ids=["l-plate", "global axes", "average", "junctions", "hinged"])
@@ -47,7 +48,7 @@ def test_same_steps_from_fewer_factorizations(model, settings, factorizations):
     results, counts = [], []
     for newton in ("full", "modified"):
         factorizations.clear()
-        results.append(simulate(model(), Settings(**settings, newton=newton)))
+        results.append(simulate(model(), Settings(**settings, newton=Newton(newton))))
         counts.append(len(factorizations))
     full, modified = results
     size = np.abs(full.displacement).max()

@@ -15,6 +15,7 @@ import pytest
 from corovec import (
     InputError,
     ResultFileError,
+    Scheme,
     Settings,
     StaticSettings,
     StepError,
@@ -323,7 +324,7 @@ def test_static_file_is_not_overwritten_or_mixed_up(tmp_path, model):
     path, factors = tmp_path / "run.h5", [0.5, 1.0]
     path.write_bytes(b"precious")
     for run in (snap_through, lambda **options: bending(factors, **options)):
-        with pytest.raises(ResultFileError, match="exists: use --overwrite .* --resume"):
+        with pytest.raises(ResultFileError, match="exists: overwrite replaces it .*resume"):
             run(output=path)
         with pytest.raises(InputError, match="resume and overwrite exclude each other"):
             run(output=path, resume=True, overwrite=True)
@@ -369,7 +370,7 @@ def test_no_room_for_a_longer_file(tmp_path, monkeypatch):
     monkeypatch.setattr(statics, "ROOM", 4)
 
     def fills_up(factor, u):
-        monkeypatch.setattr(recorder, "_claim", no_space)
+        monkeypatch.setattr(recorder, "claim", no_space)
 
     def no_space(path, size):
         raise OSError(errno.ENOSPC, "full")
@@ -386,13 +387,13 @@ def test_no_room_for_a_longer_file(tmp_path, monkeypatch):
 
 def test_space_claimed_covers_the_file(tmp_path, monkeypatch, model):
     """What is claimed before writing is no less than what the file takes."""
-    claimed, claim = [], recorder._claim
+    claimed, claim = [], recorder.claim
 
     def noted(path, size):
         claimed.append(size)
         claim(path, size)
 
-    monkeypatch.setattr(recorder, "_claim", noted)
+    monkeypatch.setattr(recorder, "claim", noted)
     monkeypatch.setattr(statics, "ROOM", 4)
     simulate(model, Settings(dt=0.01, end_time=0.5), output=tmp_path / "a.h5")
     bending(np.linspace(0.1, 1.0, 10), output=tmp_path / "b.h5")
@@ -409,7 +410,7 @@ def test_existing_file_is_not_overwritten(tmp_path, model):
     path = tmp_path / "run.h5"
     path.write_bytes(b"precious")
     settings = Settings(dt=0.01, end_time=0.1)
-    with pytest.raises(ResultFileError, match="exists: use --overwrite .* --resume"):
+    with pytest.raises(ResultFileError, match="exists: overwrite replaces it .*resume"):
         simulate(model, settings, output=path)
     with pytest.raises(ResultFileError, match="damaged or not a result file"):
         simulate(model, settings, output=path, resume=True)
@@ -472,12 +473,15 @@ def test_two_runs_do_not_share_a_file(tmp_path, model):
 
     def takes_over(step, n_steps, row):
         if step == 15:
-            simulate(model, Settings(dt=0.01, end_time=0.4, frame_every=10, rho_inf=0.5),
+            simulate(model, Settings(dt=0.01, end_time=0.4, frame_every=10,
+                                     scheme=Scheme(rho_inf=0.5)),
                      output=path, overwrite=True)
 
     with pytest.raises(ResultFileError, match="taken over by another run; this one stops"):
         simulate(model, settings, output=path, progress=takes_over)
-    assert read(path)["description"]["settings"]["rho_inf"] == 0.5 and read(path)["step"] == 40
+    contents = read(path)
+    assert contents["description"]["settings"]["scheme"]["rho_inf"] == 0.5
+    assert contents["step"] == 40
 
     def resumes(step, n_steps, row):
         if step == 15:
@@ -535,7 +539,7 @@ def test_folder_that_does_not_exist(tmp_path, model):
 
 def test_unknown_settings_are_refused_before_anything(tmp_path):
     with pytest.raises(InputError, match="scheme 'verlet' is unknown"):
-        Settings(dt=0.01, end_time=0.1, scheme="verlet")
+        Settings(dt=0.01, end_time=0.1, scheme=Scheme("verlet"))
 
 
 def test_every_case_describes_itself():
@@ -543,5 +547,6 @@ def test_every_case_describes_itself():
     model = load_case("l-plate").model(30)
     from corovec.solver.runtime.provenance import describe
     text = describe(model, Settings(dt=0.1, end_time=0.1), "banded", "l-plate")
-    assert text["settings"]["tolerance"] == 1e-6 and text["settings"]["min_iterations"] == 3
+    assert text["settings"]["newton"] == {"kind": "modified", "tolerance": 1e-6,
+                                          "min_iterations": 3, "max_iterations": 20}
     assert len(text["fingerprint"]) == 64 and text["machine"]["processor"]

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from corovec import Settings, Support, simulate
-from corovec.solver.dynamics.newton import NewtonRule
-from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.dynamics.scheme import Scheme
+from corovec.solver.dynamics.settings import Newton
 from corovec.solver.kernels import charts as rotation
 from corovec.solver.model.model import STEEPEST_COMPONENT
 from corovec.solver.system.system import StepRecord, System
@@ -215,7 +215,7 @@ def test_steep_normal_turns_about_its_fixed_component(axes):
     model = replace(plate, nodes=plate.nodes @ turn.T, normals=None,
                     supports=[Support((0, 1, 2, 3), ("x", "px"))])
     model = spinning(model, (2.0 * np.pi, 0.0, 0.0))
-    result = simulate(model, Settings(dt=1.0 / 80.0, end_time=1.0, axes=axes))
+    result = simulate(model, Settings(dt=1.0 / 80.0, end_time=1.0, scheme=Scheme(axes=axes)))
     assert np.abs(result.normals[:, 0] - tilt[0]).max() < 1e-15
     assert np.abs(result.total_energy / result.total_energy[0] - 1.0).max() < 1e-3
     assert result.normals[0] @ tilt > 0.99
@@ -389,7 +389,7 @@ def test_every_component_becomes_the_largest():
     state, seen = system.initial_state(), set()
     record = StepRecord()
     for k in range(400):
-        system.advance(state, make_scheme(), NewtonRule(), k * 0.01, 0.01, record)
+        system.advance(state, Scheme(), Newton("full"), k * 0.01, 0.01, record)
         seen |= {int(np.argmax(np.abs(triad[2]))) for triad in state.chart}
         assert np.abs(np.linalg.norm(system.p, axis=1) - 1.0).max() < 1e-15
     assert seen == {0, 1, 2}
@@ -400,6 +400,6 @@ def test_a_step_that_leaves_the_chart_is_halved():
     """A rotation of 2 rad a step cannot be made in one chart: the record says it was divided."""
     plate = rectangle(1.0, 1.0, (1, 1))
     model = spinning(plate, (20.0, 0.0, 0.0), about=(0.5, 0.5, 0.0))
-    result = simulate(model, Settings(dt=0.1, end_time=1.0, newton="full"))
+    result = simulate(model, Settings(dt=0.1, end_time=1.0, newton=Newton("full")))
     assert result.history["halvings"].sum() > 0
     assert np.all(np.isfinite(result.total_energy))

@@ -6,7 +6,7 @@ from scipy.sparse import csr_array, triu
 from scipy.spatial.transform import Rotation
 
 from corovec import Model
-from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.kernels import assembly
 from corovec.solver.kernels import charts as rotation
 from corovec.solver.system.system import System
@@ -138,7 +138,7 @@ def test_observe_matches_the_oracle_of_strain_energy():
     system = make_system(model)
     state = system.initial_state()
     delta = rng.uniform(-0.05, 0.05, system.numbering.n_dof)
-    assembly.accept(system._numbering, make_scheme().end(0.1), delta, state.x, state.x_low,
+    assembly.accept(system._numbering, Scheme().end(0.1), delta, state.x, state.x_low,
                     state.variables, state.velocity, state.acceleration)
     instant = system.observe(state)
     total = sum(reference_element.energy(state.x[q], system.p[q], model.nodes[q],

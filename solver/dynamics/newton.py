@@ -3,227 +3,209 @@ paper, or with one factorization for many of them."""
 
 import math
 import time
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..kernels import transport as corotation
-from ..system.linear import SingularMatrix, row_lengths
-
-NEWTON = ("modified", "full")
-"""One factorization for many iterations, or a new matrix in each (the paper's)."""
+from ..system.failure import NotConverged
 
 MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
 
-BEYOND = 1e-12
-"""A kept matrix goes on until the work ratio to be expected after the last correction is ``BEYOND``
-times the tolerance, but not below ``EXACT``: as far as Newton's iteration, whose last correction
+KEPT_TOLERANCE = 1e-12
+"""A kept matrix goes on until the work ratio to be expected after the last correction is this times
+the tolerance, but not below ``LEAST_RATIO``: as far as Newton's iteration, whose last correction
 squares the ratio, gets by the paper's rule.  (Measured on a stiff plate that flips over: with 1e-8
 energy drifts by 1e-4 in 2000 steps, and the second order in dt is lost.)"""
 
-EXACT = 1e-18
+LEAST_RATIO = 1e-18
 """Work ratio at which residuals are 1e-9 of the first: no rule asks for more."""
 
-STALLED = 0.25
-"""Part of the work that may be left after a correction with a kept matrix."""
 
-PATIENCE, PATIENCE_ROW = (4, 11), 12.0
-"""A step may take r / ``PATIENCE_ROW`` iterations with a kept matrix, r being the root mean square
-of the rows' lengths, within these bounds, before the next one makes its own: the longer the rows,
-the dearer that is (measured, see timing/README.md)."""
+@dataclass
+class Seconds:
+    """Wall-clock seconds by phase.
 
-LONGEST = 1.65
-"""Times that many iterations expected for a step, a kept matrix is replaced within it."""
+    Attributes:
+        assembly: of residuals and matrices.
+        factorization: of matrices.
+        solve: of corrections.
+        total: of all steps.
+    """
+
+    assembly: float = 0.0
+    factorization: float = 0.0
+    solve: float = 0.0
+    total: float = 0.0
+
+    @property
+    def rest(self):
+        return self.total - self.assembly - self.factorization - self.solve
+
+
+@dataclass
+class StepRecord:
+    """What happened in one step of the time grid: sums over its parts if it was halved.
+
+    Attributes:
+        iterations: corrections.
+        work_ratio: the final cc, Eq. (67), of the last part.
+        switches: changes to other global axes.
+        halvings: how often it was halved.
+        indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
+    """
+
+    iterations: int = 0
+    work_ratio: float = 0.0
+    switches: int = 0
+    halvings: int = 0
+    indefinite: int = 0
+
+    def count(self, negative):
+        """Count a matrix with ``negative`` negative pivots, None where the solver does not tell."""
+        if negative is None:
+            self.indefinite = NOT_TOLD
+        elif negative:
+            self.indefinite += 1
+
+
+NOT_TOLD = -1
+"""Number of indefinite matrices where the solver does not tell."""
 
 
 @dataclass(frozen=True)
-class NewtonRule:
-    """When an iteration ends: ``cc <= tolerance`` and ``k >= min_iterations`` (Eq. 67).
-
-    With ``keep`` a factorization serves as long as it is good; see ``BEYOND`` for the rule then.
-    """
-
-    tolerance: float = 1e-6
-    min_iterations: int = 3
-    max_iterations: int = 20
-    keep: bool = False
-
-    def __post_init__(self):
-        if not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"tolerance must lie in (0, 1), is {self.tolerance:g}")
-        if self.max_iterations < 1:
-            raise InputError(f"max_iterations must be at least 1, is {self.max_iterations}")
-        if not 1 <= self.min_iterations <= self.max_iterations:
-            raise InputError(f"min_iterations must lie in [1, {self.max_iterations}], is "
-                             f"{self.min_iterations}")
-        if self.max_iterations < self.least:
-            raise InputError(f"a kept matrix takes {self.least} iterations at least, "
-                             f"max_iterations is {self.max_iterations}")
-
-    @cached_property
-    def full(self):
-        """The same rule with a new matrix in each iteration."""
-        return replace(self, keep=False)
-
-    @cached_property
-    def least(self):
-        """Fewest iterations of a step; two tell how fast a kept matrix converges."""
-        return 2 if self.keep else self.min_iterations
-
-    def ends(self, k, work, first, left, new):
-        """Whether the k-th correction is the last, with the work that it does, the first did, and
-        the ratio to the one before; ``new``: whether it has its own matrix."""
-        if k < self.least:
-            return False
-        if not self.keep or new:
-            return work <= self.tolerance * first
-        return work * min(left, 1.0) <= self._enough * first
-
-    def too_slow(self, k, work, first, left, longest):
-        """Whether the next correction needs its own matrix: the kept one has stalled, or would
-        take more than ``longest`` iterations."""
-        if left > STALLED:
-            return True
-        missing = math.log(work * left / (self._enough * first))
-        return k + missing / -math.log(left) > longest
-
-    @cached_property
-    def _enough(self):
-        return max(BEYOND * self.tolerance, EXACT)
-
-
-class KeptMatrix:
-    """The factorization of a step's matrix, carried along with the nodes afterwards.
+class Problem:
+    """The equations of one step.
 
     Attributes:
-        patience: iterations that a step may take with it before the next one makes its own.
+        state: ``State`` at its start.
+        place: ``Place`` of that.
+        step: ``arguments.Factors``.
+        dt: its length [s].
+        loads: ``arguments.Loads`` at the generalized midpoint.
+        averaged: whether T is the average of both ends.
     """
 
-    def __init__(self, system):
-        self._system = system
-        numbering, n_nodes = system.numbering, len(system.model.nodes)
-        row = np.sqrt(np.mean(row_lengths(numbering).astype(float)**2))
-        self.patience = float(np.clip(row // PATIENCE_ROW, *PATIENCE))
-        self._numbers = (numbering.start, numbering.n_rot)
-        self._corner = np.empty(n_nodes, dtype=np.int64)
-        self._corner[system.model.quads] = np.arange(len(system.model.quads))[:, None]
-        self._held = np.zeros(n_nodes, dtype=bool)
-        self._held[numbering.node_of_dof[system.fixed]] = True
-        self._free = not system.fixed.any()
-        self._frames, self._rates, self._Q, self._J = np.zeros((4, n_nodes, 3, 3))
-        self._turned = np.zeros(numbering.n_dof)
-        self.forget()
+    state: object
+    place: object
+    step: object
+    dt: float
+    loads: object
+    averaged: bool
 
-    def forget(self):
-        """Drop the factorization: the next step starts with its own."""
-        self._step, self._carried = None, False
 
-    def serves(self, step):
-        """Whether there is a factorization for steps of this length and scheme."""
-        return self._step == step
+class Iteration:
+    """Newton's iteration on a system.
 
-    def make(self):
-        """Factorize the assembled matrix, for one iteration.
+    Attributes:
+        seconds: ``Seconds``, added to.
+        kept: ``KeptMatrix``.
+    """
+
+    def __init__(self, system, kept):
+        self.system, self.kept = system, kept
+        self.seconds = Seconds()
+
+    def solve(self, problem, rule, record):
+        """The increment of a step.
+
+        Args:
+            problem: ``Problem``.
+            rule: ``Newton``.
+            record: ``StepRecord``, added to.
 
         Returns:
-            How many pivots are negative, None if the solver does not tell.
+            (n_dof,) increment.
 
         Raises:
-            SingularMatrix: a pivot is zero or not finite.
+            NotConverged: the reason why there is none.
         """
-        self.forget()
-        return self._system.factorize()
+        system, kept = self.system, self.kept
+        new = not (rule.keep and kept.serves(problem.step))
+        if not new:
+            kept.carry(problem.state, problem.place)
+        floor = system.roundoff_work(problem.place.observed.kinetic)
+        correction = delta = problem.dt * problem.state.velocity
+        first = last = 0.0
+        made = 0
+        for k in range(1, rule.max_iterations + 1):
+            delta = self._assemble(problem, delta, correction, new)
+            if new:
+                self._factorize(problem, rule.keep, record)
+                made = k
+            correction, work = self._correct()
+            record.iterations += 1
+            first = work if k == 1 else first
+            record.work_ratio = work / first if first > 0.0 else 0.0
+            left = work / last if last > 0.0 else 1.0
+            if left > 1.0 and made == 0:
+                raise NotConverged("the matrix of an earlier step does not serve any more")
+            delta = delta + correction
+            wanted = _wanted(rule) * first
+            if k >= rule.least and (work <= floor or _ends(rule, work, first, left, wanted, new)):
+                if k - made > kept.patience:
+                    kept.forget()
+                if system.inside(problem.state, problem.step, delta):
+                    return delta
+                raise NotConverged("a normal left its chart")
+            new = not rule.keep or (k > 1 and kept.too_slow(k, work, wanted, left))
+            last = work
+        raise NotConverged(f"{rule.max_iterations} iterations reached cc = "
+                           f"{record.work_ratio:.2g} instead of {rule.tolerance:.2g}")
 
-    def keep(self, step, state):
-        """As ``make``, and keep it for other steps; this one starts at ``state``."""
-        negative = self.make()
-        self._step = step
-        corotation.keep(*self._place(state), self._frames, self._rates)
-        return negative
-
-    def carry(self, state):
-        """Turn the factorization along with the nodes to a step that starts at ``state``."""
-        corotation.carry(*self._place(state), self._held, self._frames, self._rates, self._Q,
-                         self._J)
-        self._carried = True
-
-    def solve(self, residual):
-        """Correction for a residual."""
-        solver = self._system.solver
-        if not self._carried:
-            return solver.solve(residual)
-        corotation.turn_back(*self._numbers, self._Q, self._J, residual, self._turned)
-        correction = solver.solve(self._turned)
-        corotation.turn_on(*self._numbers, self._Q, self._J, correction)
-        if self._free:
-            corotation.balance(self._numbers[0], self._system.nodal_mass, self._step[2], residual,
-                               correction)
-        return correction
-
-    def _place(self, state):
-        system = self._system
-        return (system.nodes, system.elements.nodes, self._corner, state.x, state.x_low,
-                state.chart, system.p, system.A1)
-
-
-def iterate(system, state, scheme, rule, dt, loads, record):
-    """The increment of a step of length ``dt`` from ``state`` under ``loads``.
-
-    Args:
-        system: ``System``; record: ``StepRecord``, added to.
-
-    Returns:
-        (increment (n_dof,), None), or (None, the reason why there is none).
-    """
-    step = scheme.midpoint(dt)
-    averaged = scheme.transformation == "average"
-    kept = system.kept
-    new = not (rule.keep and kept.serves(step))
-    if not new:
-        kept.carry(state)
-    delta = dt * state.velocity
-    correction = delta
-    floor = system.roundoff_work
-    first = last = 0.0
-    made = 0
-    for k in range(1, rule.max_iterations + 1):
-        for _ in range(MAX_DAMPINGS + 1):
-            if system.assemble(state, step, averaged, delta, loads, new) == 0:
-                break
-            correction = 0.5 * correction
-            delta = delta - correction
-        else:
-            return None, "a normal left the chart of its rotational variables"
-        if new:
-            try:
-                record.count(kept.keep(step, state) if rule.keep else kept.make())
-            except SingularMatrix as error:
-                return None, str(error)
-            made = k
+    def _assemble(self, problem, delta, correction, tangent):
+        """Residual, and matrix if wanted, at ``delta``; returns it, damped where a normal would
+        leave its chart."""
         clock = time.perf_counter()
-        correction = kept.solve(system.residual[0])
-        system.seconds.solve += time.perf_counter() - clock
-        work = abs(float(system.residual[0] @ correction))
+        try:
+            for damping in range(MAX_DAMPINGS + 1):
+                try:
+                    self.system.assemble(
+                        problem.state, problem.place, problem.step, delta, problem.loads,
+                        averaged=problem.averaged, tangent=tangent)
+                    return delta
+                except NotConverged:
+                    if damping == MAX_DAMPINGS:
+                        raise
+                correction = 0.5 * correction
+                delta = delta - correction
+        finally:
+            self.seconds.assembly += time.perf_counter() - clock
+
+    def _factorize(self, problem, keep, record):
+        """Factorize the assembled matrix, and keep it for other steps if wanted."""
+        clock = time.perf_counter()
+        self.kept.forget()
+        record.count(self.system.solver.factor())
+        self.seconds.factorization += time.perf_counter() - clock
+        if keep:
+            self.kept.made(problem.step, problem.state, problem.place)
+
+    def _correct(self):
+        """The correction for the residual, and its work, Eq. (67)."""
+        clock = time.perf_counter()
+        balance = self.system.residual.balance
+        correction = self.kept.solve(balance)
+        self.seconds.solve += time.perf_counter() - clock
+        work = abs(float(balance @ correction))
         if not math.isfinite(work):
-            return None, "the residual is not finite"
-        record.iterations += 1
-        first = work if k == 1 else first
-        record.residual = work / first if first > 0.0 else 0.0
-        left = work / last if last > 0.0 else 1.0
-        if left > 1.0 and made == 0:
-            return None, "the matrix of an earlier step does not serve any more"
-        delta = delta + correction
-        if rule.ends(k, work, first, left, new) or (k >= rule.least and work <= floor):
-            if k - made > kept.patience:
-                kept.forget()
-            if system.inside(state, step, delta):
-                return delta, None
-            return None, "a normal left its chart"
-        new = not rule.keep or (k > 1 and rule.too_slow(
-            k, work, first, left, LONGEST * kept.patience))
-        last = work
-    return None, (f"{rule.max_iterations} iterations reached cc = {record.residual:.2g} "
-                  f"instead of {rule.tolerance:.2g}")
+            raise NotConverged("the residual is not finite")
+        return correction, work
+
+
+def _ends(rule, work, first, left, wanted, new):
+    """Eq. (67): whether a correction is the last, with the work that it does, the first did, and
+    the ratio to the one before; ``new``: whether it has its own matrix."""
+    if not rule.keep or new:
+        return work <= rule.tolerance * first
+    return work * min(left, 1.0) <= wanted
+
+
+def _wanted(rule):
+    """Work ratio at which an iteration with a kept matrix ends."""
+    return max(KEPT_TOLERANCE * rule.tolerance, LEAST_RATIO)
+
+
+def total_indefinite(counts):
+    """Matrices with negative pivots in sum; None where the solver does not tell."""
+    return None if np.min(counts) < 0 else int(np.sum(counts))

@@ -1,77 +1,89 @@
 """Generalized-midpoint time integration: its parameters and coefficients (paper Eqs. 56, 57).
 
-A scheme is data: four integration parameters and where the transformation T is taken.  The step
-itself (``system.system``) is the same for all of them.
+A scheme is data: four integration parameters, where the transformation T is taken, and the axes of
+the rotational variables.  The step itself (``system.system``) is the same for all of them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
-from ..checks import choice
 from ..errors import InputError
+from ..fields import check_fields, described, setting
+from ..kernels.arguments import EndFactors, Factors
+from ..system.coordinates import AXES
 
 SCHEMES = ("quasi", "newmark")
 TRANSFORMATIONS = ("midpoint", "average")
 
 
+@described
 @dataclass(frozen=True)
 class Scheme:
-    """Integration parameters of one scheme.
+    """How a step is integrated.
 
-    Attributes:
-        name: one of ``SCHEMES``.
-        alpha_m, alpha_f, gamma, beta: parameters of Eqs. (56), (57).
-        transformation: T at the generalized midpoint, or the weighted mean of both ends.
-    """
-
-    name: str
-    alpha_m: float
-    alpha_f: float
-    gamma: float
-    beta: float
-    transformation: str = "midpoint"
-
-    def midpoint(self, dt):
-        """(alpha_f, factor of K_G, factors of (delta, U_dot, U_ddot) in Eqs. 57b and 57a)."""
-        weight, inertia = 1.0 - self.alpha_f, 1.0 - self.alpha_m
-        gamma, beta = self.gamma, self.beta
-        return (self.alpha_f, weight,
-                inertia / (beta * dt**2), inertia / (beta * dt),
-                (1.0 - 2.0 * beta - self.alpha_m) / (2.0 * beta),
-                weight * gamma / (beta * dt), (gamma - beta - self.alpha_f * gamma) / beta,
-                (gamma - 2.0 * beta) * weight / (2.0 * beta) * dt)
-
-    def end(self, dt):
-        """Factors of (delta, U_dot, U_ddot) in U_dot and in U_ddot at t_{n+1} (Newmark)."""
-        gamma, beta = self.gamma, self.beta
-        return (gamma / (beta * dt), (beta - gamma) / beta,
-                (2.0 * beta - gamma) / (2.0 * beta) * dt,
-                1.0 / (beta * dt**2), -1.0 / (beta * dt), (2.0 * beta - 1.0) / (2.0 * beta))
-
-
-def make_scheme(name="quasi", rho_inf=1.0, transformation="midpoint"):
-    """The scheme ``name``.
-
-    ``quasi``: the paper's quasi energy-momentum scheme with
-    ``alpha_m = (2 rho - 1)/(rho + 1)``, ``alpha_f = rho/(rho + 1)``, ``gamma = 1/2 - alpha_m +
-    alpha_f``, ``beta = (1 - alpha_m + alpha_f)^2 / 4`` (Chung and Hulbert 1993; the paper points to
-    its reference [67]).  rho_inf = 1 conserves, smaller values dissipate high frequencies.
-
-    ``newmark``: the trapezoidal rule with equilibrium at t_{n+1}, a baseline that does not
-    conserve.
+    ``quasi`` has the parameters of Chung and Hulbert (1993), to whom the paper points as its
+    reference [67].  ``newmark`` is the trapezoidal rule with equilibrium at t_{n+1}, a baseline
+    that does not conserve.
 
     Raises:
-        InputError: unknown name or transformation, rho_inf outside [0, 1].
+        InputError: unknown name, transformation or axes; rho_inf outside [0, 1], or given for
+            ``newmark``.
     """
-    choice("scheme", name, SCHEMES)
-    choice("transformation", transformation, TRANSFORMATIONS)
-    if name == "newmark":
-        if rho_inf != 1.0 or transformation != "midpoint":
+
+    name: str = setting("The quasi energy-momentum conserving scheme, or the trapezoidal rule, a "
+                        "baseline.", "quasi", choices=SCHEMES, option="scheme")
+    rho_inf: float = setting("Spectral radius at infinity, 0 to 1; 1 conserves, smaller values "
+                             "dissipate high frequencies.", 1.0)
+    transformation: str = setting("T at the generalized midpoint, or the weighted mean of both "
+                                  "ends.", "midpoint", choices=TRANSFORMATIONS)
+    axes: str = setting("Axes of the rotational variables: following each node, or global ones "
+                        "that are switched (the paper's).", "nodal", choices=AXES)
+
+    def __post_init__(self):
+        check_fields(self)
+        if self.name == "newmark" and (self.rho_inf, self.transformation) != (1.0, "midpoint"):
             raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
                              "none")
-        return Scheme(name, 0.0, 0.0, 0.5, 0.25)
-    if not 0.0 <= rho_inf <= 1.0:
-        raise InputError(f"rho_inf must lie in [0, 1], is {rho_inf:g}")
-    alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
-    alpha_f = rho_inf / (rho_inf + 1.0)
-    shift = alpha_f - alpha_m
-    return Scheme(name, alpha_m, alpha_f, 0.5 + shift, 0.25 * (1.0 + shift) ** 2, transformation)
+        if not 0.0 <= self.rho_inf <= 1.0:
+            raise InputError(f"rho_inf must lie in [0, 1], is {self.rho_inf:g}")
+
+    @cached_property
+    def alpha_m(self):
+        """``(2 rho - 1)/(rho + 1)``: inertia is taken at t_{n + 1 - alpha_m}."""
+        return 0.0 if self.name == "newmark" else (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
+
+    @cached_property
+    def alpha_f(self):
+        """``rho/(rho + 1)``: forces are taken at t_{n + 1 - alpha_f}."""
+        return 0.0 if self.name == "newmark" else self.rho_inf / (self.rho_inf + 1.0)
+
+    @cached_property
+    def gamma(self):
+        """``1/2 - alpha_m + alpha_f``."""
+        return 0.5 + (self.alpha_f - self.alpha_m)
+
+    @cached_property
+    def beta(self):
+        """``(1 - alpha_m + alpha_f)^2 / 4``."""
+        return 0.25 * (1.0 + (self.alpha_f - self.alpha_m)) ** 2
+
+    def midpoint(self, dt):
+        """``arguments.Factors`` of a step, Eqs. (57), (59)-(61)."""
+        weight, inertia = 1.0 - self.alpha_f, 1.0 - self.alpha_m
+        gamma, beta = self.gamma, self.beta
+        return Factors(
+            alpha_f=self.alpha_f, stiffness=weight,
+            delta=inertia / (beta * dt**2), velocity=inertia / (beta * dt),
+            acceleration=(1.0 - 2.0 * beta - self.alpha_m) / (2.0 * beta),
+            rate_delta=weight * gamma / (beta * dt),
+            rate_velocity=(gamma - beta - self.alpha_f * gamma) / beta,
+            rate_acceleration=(gamma - 2.0 * beta) * weight / (2.0 * beta) * dt)
+
+    def end(self, dt):
+        """``arguments.EndFactors``: U_dot and U_ddot at t_{n+1} by Newmark's formulas."""
+        gamma, beta = self.gamma, self.beta
+        return EndFactors(
+            rate_delta=gamma / (beta * dt), rate_velocity=(beta - gamma) / beta,
+            rate_acceleration=(2.0 * beta - gamma) / (2.0 * beta) * dt,
+            second_delta=1.0 / (beta * dt**2), second_velocity=-1.0 / (beta * dt),
+            second_acceleration=(2.0 * beta - 1.0) / (2.0 * beta))

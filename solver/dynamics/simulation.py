@@ -1,187 +1,24 @@
-"""Running a model: settings, the loop over time steps, and the result."""
+"""Running a model: the loop over time steps."""
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import choice, instance, integer, number, positive
+from ..checks import instance
 from ..errors import InputError
 from ..model.model import Model
-from ..results.recorder import Recorder, output_path
+from ..results.files import output_path
+from ..results.recorder import Recorder
 from ..runtime.provenance import describe
-from ..system.linear import SOLVERS
-from ..system.system import AXES, Seconds, StepRecord, System
-from .newton import NEWTON, NewtonRule
-from .scheme import make_scheme
-
-DEFAULT_FRAMES = 200
-"""Frames written at most, beside the first, when their interval is not given."""
-
-MOST_STEPS = 1e8
-"""Longest history: 16 GB."""
-
-HISTORY = np.dtype([
-    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
-    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
-    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
-    ("iterations", "i4"), ("residual", "f8"), ("switches", "i4"), ("halvings", "i4"),
-    ("indefinite", "i4")])
-"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
+from ..system.system import System
+from .newton import StepRecord
+from .result import HISTORY, Result
+from .settings import Settings
+from .stepping import Stepper
 
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a model is run.
-
-    Attributes:
-        dt: time step [s]; end_time: simulated time [s], a multiple of dt.
-        scheme, rho_inf, transformation: see ``make_scheme``.
-        axes: in which the rotational variables are components: ``global``, switched as in the
-            paper, or ``nodal``, axes that follow each node; see ``kernels.charts``.
-        solver: ``auto``, ``skyline`` or ``dense``.
-        newton: ``modified``: a factorization serves for many iterations and steps; ``full``: a new
-            one each time, as in the paper.  See ``dynamics.newton``.
-        tolerance: of the work ratio cc, Eq. (67); min_iterations: of ``full``.
-        max_iterations: iterations after which a step is halved.
-        frame_every: steps between two frames (and checkpoints); 0 for about 200 frames a run.
-    """
-
-    dt: float
-    end_time: float
-    scheme: str = "quasi"
-    rho_inf: float = 1.0
-    transformation: str = "midpoint"
-    axes: str = "nodal"
-    solver: str = "auto"
-    newton: str = "modified"
-    tolerance: float = 1e-6
-    min_iterations: int = 3
-    max_iterations: int = 20
-    frame_every: int = 0
-
-    def __post_init__(self):
-        for name in ("dt", "end_time"):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "s"))
-        for name in ("rho_inf", "tolerance"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
-        for name in ("min_iterations", "max_iterations", "frame_every"):
-            object.__setattr__(self, name, integer(name, getattr(self, name)))
-        steps = self.end_time / self.dt
-        if steps > MOST_STEPS:
-            raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
-                             f"{self.dt:g} s, at most {MOST_STEPS:.0e} can be recorded")
-        if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-            below = int(steps)
-            raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
-                             f"the nearest ones are {below * self.dt:g} and "
-                             f"{(below + 1) * self.dt:g} s")
-        choice("solver", self.solver, SOLVERS)
-        choice("axes", self.axes, AXES)
-        choice("newton", self.newton, NEWTON)
-        if self.frame_every < 0:
-            raise InputError(f"frame_every must not be negative, is {self.frame_every}")
-        make_scheme(self.scheme, self.rho_inf, self.transformation)
-        NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
-                   self.newton == "modified")
-
-    @property
-    def n_steps(self):
-        return round(self.end_time / self.dt)
-
-    @property
-    def rule(self):
-        """``NewtonRule``."""
-        return NewtonRule(self.tolerance, self.min_iterations, self.max_iterations,
-                          self.newton == "modified")
-
-    @property
-    def frame_steps(self):
-        """Steps after which a frame is written: every n-th one, and the last."""
-        every = self.frame_every or -(-self.n_steps // DEFAULT_FRAMES)
-        steps = np.arange(0, self.n_steps + 1, every)
-        return steps if steps[-1] == self.n_steps else np.append(steps, self.n_steps)
-
-
-@dataclass(frozen=True)
-class Drift:
-    """Largest change since unloading: of the energy relative to itself, of the momenta relative to
-    the largest sum m |v| and sum m |x - x_c| |v| of the whole run (None for a supported shell,
-    whose momenta are not conserved)."""
-
-    energy: float
-    linear_momentum: float | None
-    angular_momentum: float | None
-    angular_momentum_printed: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """Histories and last state of a run.
-
-    Attributes:
-        history: (n_steps + 1,) structured array, fields of ``HISTORY``.
-        displacement: (n_nodes, 3) at the end [m]; normals: (n_nodes, 3), at a
-            junction that of its first plate.
-        unloaded_at: time from which no load acts [s]; supported: whether the model has supports.
-        solver: the linear solver that ran.
-        seconds: wall-clock seconds by phase, of this process.
-        settings: ``Settings``.
-    """
-
-    history: np.ndarray
-    displacement: np.ndarray
-    normals: np.ndarray
-    unloaded_at: float
-    supported: bool
-    solver: str
-    seconds: Seconds
-    settings: Settings
-
-    @property
-    def total_energy(self):
-        """(n_steps + 1,) kinetic plus strain energy [J]."""
-        return total_energy(self.history)
-
-    @property
-    def drift(self):
-        """``Drift`` since unloading; None if the run ends before or there."""
-        return drift(self.history, self.unloaded_at, self.supported)
-
-
-def total_energy(history):
-    """Kinetic plus strain energy [J] of a history array."""
-    return history["kinetic_energy"] + history["strain_energy"]
-
-
-def unloaded_row(history, unloaded_at):
-    """Index of the first row at or after ``unloaded_at``, or None."""
-    rows = np.flatnonzero(history["time"] >= unloaded_at * (1.0 - 1e-12))
-    return int(rows[0]) if len(rows) else None
-
-
-def drift(history, unloaded_at, supported=False):
-    """``Drift`` of a history since ``unloaded_at``; None where it ends before or there."""
-    first = unloaded_row(history, unloaded_at)
-    if first is None or first == len(history) - 1:
-        return None
-    energy = total_energy(history)[first:]
-
-    def change(name, scale):
-        if supported:
-            return None
-        values = history[name][first:]
-        largest = history[scale].max()
-        return float(np.abs(values - values[0]).max() / largest) if largest > 0.0 else 0.0
-
-    return Drift(
-        float(np.abs(energy - energy[0]).max() / energy[0]) if energy[0] > 0.0 else 0.0,
-        change("linear_momentum", "momentum_scale"), change("angular_momentum", "angular_scale"),
-        change("angular_momentum_printed", "angular_scale"))
 
 
 def simulate(model, settings, *, output=None, overwrite=False, resume=False, progress=None,
@@ -191,12 +28,13 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
 
     Args:
-        model: ``Model``; settings: ``Settings``.
+        model: ``Model``.
+        settings: ``Settings``.
         output: result file (HDF5); None keeps the result in memory only.
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last checkpoint if it exists.
         progress: called after every step with (step, n_steps, history row).
-        case: name and mesh of a benchmark, stored with the result.
+        case: name of the benchmark or the model file, stored with the result.
 
     Returns:
         ``Result``.
@@ -220,52 +58,94 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case):
-    system = System(model, settings.solver, settings.axes == "nodal")
-    scheme = make_scheme(settings.scheme, settings.rho_inf, settings.transformation)
-    rule = settings.rule
-    state = system.initial_state()
-    n_steps, frame_steps = settings.n_steps, settings.frame_steps
-    history = np.zeros(n_steps + 1, dtype=HISTORY)
-    done = 0
-    recorder = None
-    frame_of_step = {int(s): k for k, s in enumerate(frame_steps)}
+    system = System(model, settings.solver, settings.scheme.axes == "nodal")
+    stepper = Stepper(system, settings.scheme, settings.newton)
+    run = _Run(system, settings)
     if output is not None:
-        description = describe(model, settings, system.solver.name, case)
-        if resume and output.exists():
-            recorder, done, rows = Recorder.resume(output, model, description, state)
-            history[:done + 1] = rows
-            system.observe(state)
-        else:
-            _fill(history[0], 0.0, system.observe(state), state, StepRecord())
-            recorder = Recorder.create(output, model, description, state, history[:1],
-                                       _frame(system, state, 0, 0.0), frame_steps, overwrite)
-    else:
-        _fill(history[0], 0.0, system.observe(state), state, StepRecord())
-    written = done + 1
+        run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
-    system.seconds = Seconds()
-    for step in range(done + 1, n_steps + 1):
+    for step in range(run.done + 1, settings.n_steps + 1):
         record = StepRecord()
-        instant = system.advance(state, scheme, rule, (step - 1) * settings.dt,
-                                 settings.dt, record)
-        _fill(history[step], step * settings.dt, instant, state, record)
-        if step in frame_of_step:
-            system.kept.forget()
-        if recorder and step in frame_of_step:
-            recorder.write(step, state, history[written:step + 1],
-                           _frame(system, state, frame_of_step[step], history["time"][step]))
-            written = step + 1
+        stepper.advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
+        run.append(step, record)
+        if step in run.frame_of_step:
+            stepper.forget()
         if progress is not None:
-            progress(step, n_steps, history[step])
-    system.seconds.total = time.perf_counter() - clock
-    return Result(history, state.x - model.nodes + state.x_low, system.nodal_normals,
-                  model.unloaded_at, bool(model.supports), system.solver.name, system.seconds,
-                  settings)
+            progress(step, settings.n_steps, run.history[step])
+    seconds = stepper.iteration.seconds
+    seconds.total = time.perf_counter() - clock
+    return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
+                  model.unloaded_at, bool(model.supports), system.solver.name, seconds, settings)
+
+
+class _Run:
+    """A state, its history, and the file they are written to.
+
+    Attributes:
+        state: ``State`` reached.
+        place: ``Place`` of it.
+        history: rows of all steps, see ``HISTORY``.
+        done: step reached when the run starts.
+        frame_of_step: number of the frame of each step that has one.
+    """
+
+    def __init__(self, system, settings):
+        self._system, self._settings = system, settings
+        self.state = system.initial_state()
+        self.place = system.observe(self.state)
+        self.history = np.zeros(settings.n_steps + 1, dtype=HISTORY)
+        self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
+        self.done = 0
+        self._recorder, self._written = None, 1
+        self._fill(0, StepRecord())
+
+    def record(self, output, overwrite, resume, case):
+        """Write to a new file, or take over the state of the one to be continued."""
+        model, settings = self._system.model, self._settings
+        description = describe(model, settings, self._system.solver.name, case)
+        if resume and output.exists():
+            self._recorder, self.done, rows = Recorder.resume(output, model, description,
+                                                              self.state)
+            self.history[:self.done + 1] = rows
+            self._system.observe(self.state, self.place)
+        else:
+            self._recorder = Recorder.create(output, model, description, self.state,
+                                             self.history[:1], self._frame(0),
+                                             settings.frame_steps, overwrite)
+        self._written = self.done + 1
+
+    def append(self, step, record):
+        """The history row of a step, and its frame if it has one."""
+        self._fill(step, record)
+        if self._recorder and step in self.frame_of_step:
+            self._recorder.write(step, self.state, self.history[self._written:step + 1],
+                                 self._frame(step))
+            self._written = step + 1
+
+    def _fill(self, step, record):
+        """The history row of a step: ``StepRecord`` and ``Observation`` have its other fields."""
+        row = self.history[step]
+        row["time"] = step * self._settings.dt
+        row["external_work"] = self.state.external_work
+        for name, value in self.place.observed._asdict().items():
+            row[OBSERVED.get(name, name)] = value
+        for name, value in vars(record).items():
+            row[name] = value
+
+    def _frame(self, step):
+        return (self.frame_of_step[step], self.history["time"][step],
+                {"PointData": {"displacement": self._system.displacement(self.state),
+                               "normal": self._system.nodal_normals(self.place)},
+                 "CellData": {"strain_energy": self.place.start.energy}})
+
+
+OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}
+"""Columns of the history that are called differently in an ``Observation``."""
 
 
 def _check_impulses(model, settings):
     """Loads are sampled once a step, at its generalized midpoint: dt must not miss a pulse."""
-    alpha_f = make_scheme(settings.scheme, settings.rho_inf, settings.transformation).alpha_f
+    alpha_f = settings.scheme.alpha_f
     for k, load in enumerate(model.loads):
         end = min(settings.end_time, load.history.times[-1])
         if end <= 0.0:
@@ -279,24 +159,3 @@ def _check_impulses(model, settings):
             raise InputError(f"load {k}: dt {settings.dt:g} s is too long for its time function; "
                              f"the steps see {sampled:.4g} s of its integral {exact:.4g} s up to "
                              f"t = {end:g} s")
-
-
-def _fill(row, time_, instant, state, record):
-    for name, value in (
-            ("time", time_), ("kinetic_energy", instant.kinetic),
-            ("strain_energy", instant.strain), ("external_work", state.external_work),
-            ("linear_momentum", instant.linear_momentum),
-            ("angular_momentum", instant.angular_momentum),
-            ("angular_momentum_printed", instant.angular_momentum_printed),
-            ("momentum_scale", instant.momentum_scale), ("angular_scale", instant.angular_scale),
-            ("iterations", record.iterations), ("residual", record.residual),
-            ("switches", record.switches), ("halvings", record.halvings),
-            ("indefinite", record.indefinite)):
-        row[name] = value
-
-
-def _frame(system, state, index, time_):
-    displacement = state.x - system.model.nodes + state.x_low
-    return index, time_, {"PointData": {"displacement": displacement,
-                                        "normal": system.nodal_normals},
-                          "CellData": {"strain_energy": system.element_energy}}

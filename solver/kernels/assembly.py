@@ -228,7 +228,7 @@ def _forces_at(place, diagonals, local, f_x, f_p):
 
 @njit(cache=True)
 def _inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
-    """``m_ij x_ddot_j`` and ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
+    """``m_ij x_ddot_j``, ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
     for i in range(4):
         for c in range(3):
             f_x[i, c] = (mass[i, 0] * a_x[0, c] + mass[i, 1] * a_x[1, c]
@@ -338,7 +338,7 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
     n_s = elements.l.shape[1]
     alpha_f, weight = step.alpha_f, 1.0 - step.alpha_f
     (y_0_, y_0), (dy_, dy) = pair((3, 3)), pair((3, 3))
-    (y_, y), (p_, p) = pair((3, 3)), pair((4, 3))
+    y, (p_, p) = new((3, 3)), pair((4, 3))
     (t_, t_0), (b_, b_0), (e_, e_0) = pair((3, 3)), pair((11,)), pair((n_s,))
     (f_x_, f_x), (f_p_, f_p) = pair((4, 3)), pair((4, 3))
     (a_x_, a_x), (a_p_, a_p), (A_, A) = pair((4, 3)), pair((4, 3)), pair((4, 3, 3))

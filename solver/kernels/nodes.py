@@ -66,7 +66,7 @@ def _place_junction(nodes, i, x, triad, frame, p, A1):
 
 @njit(cache=True)
 def place_directors(nodes, variables, chart, p, A1):
-    """All directors and their derivatives, Eqs. (11), (24), (27), (33); first node off its chart."""
+    """All directors and their derivatives, Eqs. (11), (24), (27), (33); first node off."""
     frame = _frame()
     for i in range(variables.shape[0]):
         if nodes.n_rot[i] == 2:

@@ -10,7 +10,6 @@ of the normal (or to the spin of a junction) and P maps turned ones to the prese
 import numpy as np
 from numba import njit
 
-
 from . import element
 from .junctions import frame_of, spins
 

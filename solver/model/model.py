@@ -14,8 +14,9 @@ from ..checks import TINY, choice, existing, floats, integers, number, vector
 from ..errors import InputError
 from ..kernels.arguments import Elements
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
+from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
-from .mesh import FOLD_ANGLE, LEAST_SPREAD, Directors, check_mesh, find_directors, node_numbers
+from .mesh import check_mesh, node_numbers
 
 STEEPEST_COMPONENT = 0.75
 """Largest square of a single normal component that a support may hold: beyond, what is left of the
@@ -29,7 +30,10 @@ class Model:
     Attributes:
         nodes: (n_nodes, 3) initial coordinates [m].
         quads: (n_elem, 4) node numbers, counter-clockwise about the normal.
-        thickness, youngs, poisson, density: h [m], E [Pa], nu, rho [kg/m^3]; numbers or (n_elem,).
+        thickness: h [m], a number or (n_elem,).
+        youngs: Young's modulus E [Pa], a number or (n_elem,).
+        poisson: Poisson's ratio nu, a number or (n_elem,).
+        density: rho [kg/m^3], a number or (n_elem,).
         loads: ``NodalLoad`` s, ``NodalMoment`` s and ``Pressure`` s; see
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s; none for a free-flying shell.

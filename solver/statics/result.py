@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results.recorder import Recorder, read
+from ..results.reading import read
+from ..results.recorder import Recorder
 
 HISTORY = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
@@ -23,10 +24,12 @@ class StaticResult:
 
     Attributes:
         factors: (n,) load factors.
-        displacement: (n, n_nodes, 3) [m]; normals: (n, n_nodes, 3).
+        displacement: (n, n_nodes, 3) [m].
+        normals: (n, n_nodes, 3), at a junction that of the first plate.
         strain_energy: (n,) [J].
         reactions: (n, n_nodes, 3) forces of the supports [N].
-        iterations: (n,) Newton iterations since the row before; steps: (n,) load steps taken.
+        iterations: (n,) Newton iterations since the row before.
+        steps: (n,) load steps taken since the row before.
         works: works of the corrections of the last step computed, first to last.
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
@@ -46,11 +49,15 @@ class StaticResult:
     seconds: float
 
 
+NOT_TOLD = -1
+"""Number of indefinite matrices where the solver does not tell."""
+
+
 class Rows:
     """Rows of the path of ``state``, each with a frame; the first is at zero load."""
 
-    def __init__(self, system, state):
-        self._system, self._state = system, state
+    def __init__(self, system, state, place):
+        self._system, self._state, self._place = system, state, place
         self._history, self._nodal = [], []
         self._recorder = None
 
@@ -84,9 +91,9 @@ class Rows:
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""
         system, state = self._system, self._state
-        displacement = state.x - system.model.nodes + state.x_low
+        displacement, normals = system.displacement(state), system.nodal_normals(self._place)
         self._history.append(np.array([row], dtype=HISTORY))
-        self._nodal.append(dict(zip(NODAL, (displacement, system.nodal_normals, reactions))))
+        self._nodal.append(dict(zip(NODAL, (displacement, normals, reactions))))
         if self._recorder:
             self._recorder.write(len(self) - 1, state, self._history[-1], self._frame(shown))
 
@@ -105,5 +112,6 @@ class Rows:
         self._nodal = [{name: contents[name][k] for name in NODAL} for k in range(step + 1)]
 
     def _frame(self, shown):
-        return (len(self) - 1, shown, {"PointData": self._nodal[-1],
-                                       "CellData": {"strain_energy": self._system.element_energy}})
+        return (len(self) - 1, shown,
+                {"PointData": self._nodal[-1],
+                 "CellData": {"strain_energy": self._place.start.energy}})

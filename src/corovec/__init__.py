@@ -14,15 +14,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
+    from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
-    from .solver.dynamics.simulation import (
-        Drift,
-        Result,
-        Settings,
-        drift,
-        simulate,
-        total_energy,
-    )
+    from .solver.dynamics.settings import Newton, Settings
+    from .solver.dynamics.simulation import simulate
     from .solver.errors import InputError, ResultFileError, StepError
     from .solver.model.loads import (
         NodalLoad,
@@ -35,30 +30,37 @@ if TYPE_CHECKING:
         surface_load,
     )
     from .solver.model.model import Model, rigid_velocity
-    from .solver.results.recorder import read
-    from .solver.statics.path import StaticSettings, arc_length, load_control, solve_linear
+    from .solver.results.reading import read
+    from .solver.statics.arc_length import arc_length
+    from .solver.statics.linear import solve_linear
+    from .solver.statics.load_control import load_control
     from .solver.statics.result import StaticResult
+    from .solver.statics.settings import StaticSettings
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.scheme": ("Scheme", "make_scheme"),
-    "dynamics.simulation": ("Drift", "Result", "Settings", "drift", "simulate", "total_energy"),
+    "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
+    "dynamics.scheme": ("Scheme",),
+    "dynamics.settings": ("Newton", "Settings"),
+    "dynamics.simulation": ("simulate",),
     "errors": ("InputError", "ResultFileError", "StepError"),
     "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
                     "line_moment", "surface_load"),
     "model.model": ("Model", "rigid_velocity"),
-    "results.recorder": ("read",),
-    "statics.path": ("StaticSettings", "arc_length", "load_control", "solve_linear"),
+    "results.reading": ("read",),
+    "statics.arc_length": ("arc_length",),
+    "statics.linear": ("solve_linear",),
+    "statics.load_control": ("load_control",),
     "statics.result": ("StaticResult",),
+    "statics.settings": ("StaticSettings",),
 }
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "Drift", "InputError", "Model", "NodalLoad", "NodalMoment", "Pressure", "Result",
+    "Drift", "InputError", "Model", "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result",
     "ResultFileError", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
     "Support", "TimeFunction", "arc_length", "drift", "line_load", "line_moment", "load_control",
-    "make_scheme", "read", "rigid_velocity", "simulate", "solve_linear", "surface_load",
-    "total_energy", "warm_up",
+    "read", "rigid_velocity", "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

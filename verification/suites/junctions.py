@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from corovec import Model, NodalLoad, Settings, Support, simulate, solve_linear
+from corovec import Model, Newton, NodalLoad, Settings, Support, simulate, solve_linear
 from corovec.solver.model.mesh import block, join
 from corovec.solver.statics.path import STATIC
 
@@ -171,7 +171,8 @@ def run_flight():
         model = spinning(star(STARS[name]), (3.0, 2.0, 1.0))
         errors = []
         for dt in (1e-2, 5e-3):
-            drift = simulate(model, Settings(dt=dt, end_time=4.0, tolerance=1e-10)).drift
+            drift = simulate(model, Settings(dt=dt, end_time=4.0,
+                                             newton=Newton(tolerance=1e-10))).drift
             errors.append(drift.energy)
         rows += [small(f"{name}: linear momentum", drift.linear_momentum, 1e-11, "rounding"),
                  small(f"{name}: angular momentum, dt = 0.005", drift.angular_momentum, 1e-6,

@@ -5,8 +5,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from corovec import Model, NodalLoad, Support, solve_linear
-from corovec.solver.dynamics.newton import NewtonRule
-from corovec.solver.dynamics.scheme import make_scheme
+from corovec.solver.dynamics.scheme import Scheme
+from corovec.solver.dynamics.settings import Newton
 from corovec.solver.statics.path import STATIC
 from corovec.solver.system.system import StepRecord, System
 
@@ -173,7 +173,7 @@ def newton(system, state, dt, rule, matrix):
     Returns:
         (increment (n_dof,), works |residual . correction| of the iterations).
     """
-    step = make_scheme().midpoint(dt)
+    step = Scheme().midpoint(dt)
     delta, works = dt * state.velocity, []
     while len(works) < rule.max_iterations:
         K = matrix(system, state, step, delta)
@@ -197,7 +197,7 @@ def run_step_tangent():
     rng = np.random.default_rng(2)
     patch = warped_patch(rng)
     system = make_system(patch)
-    state, step = system.initial_state(), make_scheme().midpoint(0.05)
+    state, step = system.initial_state(), Scheme().midpoint(0.05)
     direction = rng.uniform(-1.0, 1.0, system.numbering.n_dof)
     rows, gaps = [], []
     for size, prototype in ((1e-4, 3e-5), (1e-2, 5e-3), (5e-2, 4e-2)):
@@ -214,10 +214,10 @@ def run_step_tangent():
     rows.append(at_least("increment 0.05: |J - J^T| / |J|", relative(J.T, J), 1e-3,
                          "the Jacobian of a step is not symmetric"))
     model = spinning(patch, (2.5, -1.5, 4.0), about=patch.nodes.mean(axis=0))
-    rule = NewtonRule(tolerance=1e-12, min_iterations=1, max_iterations=40)
+    rule = Newton("full", tolerance=1e-12, min_iterations=1, max_iterations=40)
     for dt, more in ((1e-4, 1), (1e-3, 1), (1e-2, 3)):
         system, record = System(model), StepRecord()
-        system.advance(system.initial_state(), make_scheme(), rule, 0.0, dt, record)
+        system.advance(system.initial_state(), Scheme(), rule, 0.0, dt, record)
         rows.append(Row(f"dt = {dt:g}: iterations to cc = 1e-12, symmetric K and Jacobian",
                         record.iterations, exact_newton(model, dt, rule), "converged", more,
                         f"linear convergence at the rate of the gap: {more} more at most",

@@ -1,0 +1,90 @@
+"""One factorization for many iterations and steps: a step's matrix, carried along with the nodes.
+
+See ``kernels.transport`` for how it is turned; here is when it is made, kept and given up.
+"""
+
+import math
+
+import numpy as np
+
+from ..kernels import transport
+from ..kernels.arguments import Turning
+from ..system.linear import row_lengths
+
+LEAST_PATIENCE, MOST_PATIENCE, PATIENCE_ROW = 4, 11, 12.0
+"""A step may take r / ``PATIENCE_ROW`` iterations with a kept matrix, r being the root mean square
+of the rows' lengths, between the other two, before the next one makes its own: the longer the rows,
+the dearer that is (measured, see the documentation on speed)."""
+
+REPLACED_AFTER = 1.65
+"""Times the patience, in iterations expected for a step: then it is replaced within the step."""
+
+STALLED_RATIO = 0.25
+"""Part of the work that may be left after a correction with a kept matrix."""
+
+
+class KeptMatrix:
+    """The factorization of a step's matrix, and how far the nodes have turned since.
+
+    Attributes:
+        patience: iterations that a step may take with it before the next one makes its own.
+    """
+
+    def __init__(self, system):
+        numbering, quads, fixed = system.numbering, system.model.quads, system.dofs.fixed
+        n_nodes = len(system.model.nodes)
+        row = np.sqrt(np.mean(row_lengths(numbering).astype(float)**2))
+        self.patience = float(np.clip(row // PATIENCE_ROW, LEAST_PATIENCE, MOST_PATIENCE))
+        corner = np.empty(n_nodes, dtype=np.int64)
+        corner[quads] = np.arange(len(quads))[:, None]
+        held = np.zeros(n_nodes, dtype=bool)
+        held[numbering.node_of_dof[fixed]] = True
+        self._turning = Turning(corner, held, *np.zeros((4, n_nodes, 3, 3)))
+        self._nodes, self._quads, self._solver = system.dofs.nodes, quads, system.solver
+        self._mass = system.nodal_mass
+        self._free = not fixed.any()
+        self._turned = np.zeros(numbering.n_dof)
+        self.forget()
+
+    def forget(self):
+        """Drop the factorization: the next step starts with its own."""
+        self._step, self._carried = None, False
+
+    def serves(self, step):
+        """Whether there is a factorization for steps of this length and scheme."""
+        return self._step == step
+
+    def made(self, step, state, place):
+        """Take the factorization that the solver has just made for a step from ``state``."""
+        self._step, self._carried = step, False
+        transport.keep(self._nodes, self._quads, state.motion, place.start, self._turning)
+
+    def carry(self, state, place):
+        """Turn the factorization along with the nodes to a step that starts at ``state``."""
+        transport.carry(self._nodes, self._quads, state.motion, place.start, self._turning)
+        self._carried = True
+
+    def solve(self, residual):
+        """Correction for a residual, ``T K_0^-1 T^T r``; of a free shell with its exact mean."""
+        if not self._carried:
+            return self._solver.solve(residual)
+        transport.turn_back(self._nodes, self._turning, residual, self._turned)
+        correction = self._solver.solve(self._turned)
+        transport.turn_on(self._nodes, self._turning, correction)
+        if self._free:
+            transport.balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
+        return correction
+
+    def too_slow(self, k, work, wanted, left):
+        """Whether the correction after the k-th needs its own matrix: this one has stalled, or
+        would take too many iterations.
+
+        Args:
+            k: number of the correction; work: that it has done.
+            wanted: work at which the iteration ends.
+            left: ratio of the work to that of the correction before.
+        """
+        if left > STALLED_RATIO:
+            return True
+        missing = math.log(work * left / wanted)
+        return k + missing / -math.log(left) > REPLACED_AFTER * self.patience

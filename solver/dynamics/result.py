@@ -1,0 +1,94 @@
+"""The result of a run: histories, energies, drifts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .newton import Seconds
+from .settings import Settings
+
+HISTORY = np.dtype([
+    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
+    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("iterations", "i4"), ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"),
+    ("indefinite", "i4")])
+"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Largest change since unloading: of the energy relative to itself, of the momenta relative to
+    the largest sum m |v| and sum m |x - x_c| |v| of the whole run (None for a supported shell,
+    whose momenta are not conserved)."""
+
+    energy: float
+    linear_momentum: float | None
+    angular_momentum: float | None
+    angular_momentum_printed: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Histories and last state of a run.
+
+    Attributes:
+        history: (n_steps + 1,) structured array, fields of ``HISTORY``.
+        displacement: (n_nodes, 3) at the end [m].
+        normals: (n_nodes, 3) at the end, at a junction that of its first plate.
+        unloaded_at: time from which no load acts [s].
+        supported: whether the model has supports.
+        solver: the linear solver that ran.
+        seconds: wall-clock seconds by phase, of this process.
+        settings: ``Settings``.
+    """
+
+    history: np.ndarray
+    displacement: np.ndarray
+    normals: np.ndarray
+    unloaded_at: float
+    supported: bool
+    solver: str
+    seconds: Seconds
+    settings: Settings
+
+    @property
+    def total_energy(self):
+        """(n_steps + 1,) kinetic plus strain energy [J]."""
+        return total_energy(self.history)
+
+    @property
+    def drift(self):
+        """``Drift`` since unloading; None if the run ends before or there."""
+        return drift(self.history, self.unloaded_at, self.supported)
+
+
+def total_energy(history):
+    """Kinetic plus strain energy [J] of a history array."""
+    return history["kinetic_energy"] + history["strain_energy"]
+
+
+def unloaded_row(history, unloaded_at):
+    """Index of the first row at or after ``unloaded_at``, or None."""
+    rows = np.flatnonzero(history["time"] >= unloaded_at * (1.0 - 1e-12))
+    return int(rows[0]) if len(rows) else None
+
+
+def drift(history, unloaded_at, supported=False):
+    """``Drift`` of a history since ``unloaded_at``; None where it ends before or there."""
+    first = unloaded_row(history, unloaded_at)
+    if first is None or first == len(history) - 1:
+        return None
+    energy = total_energy(history)[first:]
+
+    def change(name, scale):
+        if supported:
+            return None
+        values = history[name][first:]
+        largest = history[scale].max()
+        return float(np.abs(values - values[0]).max() / largest) if largest > 0.0 else 0.0
+
+    return Drift(
+        float(np.abs(energy - energy[0]).max() / energy[0]) if energy[0] > 0.0 else 0.0,
+        change("linear_momentum", "momentum_scale"), change("angular_momentum", "angular_scale"),
+        change("angular_momentum_printed", "angular_scale"))

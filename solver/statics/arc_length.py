@@ -1,0 +1,164 @@
+"""Arc length: equilibrium paths through limit points and snap-backs (Crisfield, cylindrical)."""
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..checks import count, instance, positive
+from ..errors import InputError, StepError
+from ..model.loads import CONSTANT
+from ..model.model import Model
+from ..results.files import output_path
+from ..system.failure import NotConverged
+from ..system.loads import at_time
+from .path import Path
+from .settings import StaticSettings
+
+DEFAULT = StaticSettings()
+
+ROOM = 100
+"""Steps that a file has room for at first."""
+
+
+@threadpool_limits.wrap(limits=1)
+def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5, *,
+               output=None, overwrite=False, resume=False):
+    """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
+
+    Every load must be proportional to the load factor (constant history).  A step satisfies
+    ``|du| = length`` over the displacements of all nodes; the length adapts so that about
+    ``wanted`` iterations are needed.
+
+    Args:
+        model: ``Model``.
+        length: first arc length [m].
+        until: function of a row ``(factor, displacement)`` that ends the path when true.
+        settings: ``StaticSettings``.
+        max_steps: steps of the path at most.
+        wanted: iterations of a step, see above.
+        output: result file (HDF5), which gets every row and frame; ParaView shows their numbers as
+            time, because factors may fall.
+        overwrite: replace ``output`` if it exists.
+        resume: continue ``output`` from its last row if it exists; ``until`` may be another.
+
+    Returns:
+        ``StaticResult``, a row for each step, the first at zero load.
+
+    Raises:
+        InputError: a load depends on time or follows the shell, none acts on a free component, or
+            a displacement is prescribed.
+        ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
+        StepError: no convergence even with the smallest length, or ``until`` not met in time.
+    """
+    length = positive("arc length", length, "m")
+    max_steps, wanted = count("max_steps", max_steps), count("wanted", wanted)
+    if not callable(until):
+        raise InputError("until must be a function of (factor, displacement)")
+    instance("model", model, Model)
+    if any(load.history != CONSTANT for load in model.loads):
+        raise InputError("arc length needs loads without a history of their own")
+    if any(support.displacement for support in model.supports):
+        raise InputError("arc length cannot prescribe displacements")
+    output = output_path(output, overwrite, resume)
+    path = Path(model, settings)
+    arc = _Arc(path, settings)
+    smallest = length * 1e-6
+    path.begin(length, output, overwrite, resume, ROOM, method="arc length", length=length,
+               wanted_iterations=wanted)
+    factor, length = path.rows.reached
+    while len(path.rows) == 1 or not until(factor, path.rows.displacement(-1)):
+        if len(path.rows) > max_steps:
+            raise StepError(f"the path did not reach its end within {max_steps} steps")
+        try:
+            used, reached = arc.step(factor, length)
+        except NotConverged as failure:
+            length *= 0.5
+            if length < smallest:
+                raise StepError(f"no equilibrium beyond load factor {factor:.6g}: "
+                                f"{failure}") from None
+            continue
+        length *= min(2.0, np.sqrt(wanted / used))
+        factor = reached
+        path.append(factor, used, 1, length, shown=len(path.rows))
+    return path.result(0)
+
+
+class _Arc:
+    """Steps of given length along a path.
+
+    Raises:
+        InputError: a load follows the shell, or none acts on a free component.
+    """
+
+    def __init__(self, path, settings):
+        self._path, self._equilibrium, self._settings = path, path.equilibrium, settings
+        system = path.equilibrium.system
+        if not system.all_dead:
+            raise InputError("arc length needs dead nodal forces")
+        self._load = system.take_loads(at_time(1.0)).forces
+        if not np.any(path.equilibrium.free(self._load)):
+            raise InputError("arc length needs a load that is not zero where no support holds")
+        self._displacements = np.sort(system.translations.ravel())
+
+    def step(self, factor, length):
+        """One step; (iterations, new factor).
+
+        Raises:
+            NotConverged: why there is none; the state is as it was.
+        """
+        state = self._equilibrium.state
+        backup = state.pack()
+        try:
+            return self._iterate(factor, length)
+        except NotConverged:
+            state.unpack(backup)
+            raise
+
+    def _iterate(self, factor, length):
+        equilibrium, taken = self._equilibrium, self._displacements
+        solver = equilibrium.system.solver
+        moved = first = None
+        equilibrium.works = []
+        for k in range(1, self._settings.max_iterations + 1):
+            correction = equilibrium.correction(factor, mixed=k > 1)
+            tangent = solver.solve(equilibrium.free(self._load))
+            if k == 1:
+                # predictor along the tangent, onwards
+                size = length / np.linalg.norm(tangent[taken])
+                change = size if self._onwards(tangent) else -size
+                correction = change * tangent
+                moved = correction[taken].copy()
+                first = abs(change * float(self._load @ correction))
+                equilibrium.works.append(first)
+            else:
+                equilibrium.works.append(equilibrium.work(correction))
+                change = _onto_arc(moved, correction[taken], tangent[taken], length)
+                if change is None or not np.isfinite(equilibrium.works[-1]):
+                    raise NotConverged("the arc is not met")
+                correction = correction + change * tangent
+                moved += correction[taken]
+            factor += change
+            equilibrium.move(correction)
+            if equilibrium.converged(k, first):
+                return k, factor
+        raise NotConverged(f"{k} iterations reached a work ratio of "
+                           f"{equilibrium.works[-1] / first:.2g}")
+
+    def _onwards(self, tangent):
+        """Whether ``tangent`` points away from the row before the last one."""
+        rows = self._path.rows
+        if len(rows) == 1:
+            return True
+        moved = rows.displacement(-1) - rows.displacement(-2)
+        return np.sum(moved * tangent[self._equilibrium.system.translations]) >= 0.0
+
+
+def _onto_arc(moved, correction, tangent, length):
+    """Root of ``|moved + correction + c tangent| = length`` that keeps the direction, or None."""
+    base = moved + correction
+    a, b, c = tangent @ tangent, 2.0 * base @ tangent, base @ base - length**2
+    discriminant = b * b - 4.0 * a * c
+    if not discriminant >= 0.0:
+        return None
+    root = np.sqrt(discriminant)
+    candidates = ((-b + root) / (2.0 * a), (-b - root) / (2.0 * a))
+    return max(candidates, key=lambda s: moved @ (base + s * tangent))

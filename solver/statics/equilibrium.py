@@ -1,0 +1,173 @@
+"""Newton's iteration of a static equilibrium.
+
+The load factor plays the part of time: every load and prescribed displacement is taken at
+``t = factor``, so a load that is left constant is applied as ``factor * load``.  Assembly and
+solvers are those of dynamics.  As the normals are the whole state (no rates to carry over), the
+rotational variables may be switched after every iteration.
+"""
+
+import numpy as np
+
+from ..checks import instance
+from ..errors import InputError
+from ..kernels import updates
+from ..kernels.arguments import STATIC
+from ..model.loads import CONSTANT
+from ..model.model import Model
+from ..system.failure import NotConverged, SingularMatrix
+from ..system.loads import at_factor
+from ..system.system import System
+from .held import check_held
+from .settings import StaticSettings
+
+LARGEST_TURN = 1.0
+"""Largest rotation of a normal in one iteration [rad]."""
+
+PUSH = 1e-6
+"""Part of the shell's size by which prescribed displacements are tried for their forces."""
+
+
+class Equilibrium:
+    """A state that is moved from equilibrium to equilibrium.
+
+    Attributes:
+        system: ``System``, with the full tangent of loads that follow the shell.
+        state: ``State``.
+        place: ``Place`` of the last iterate.
+        works: works of the corrections of the last step, first to last.
+        indefinite: number of negative pivots of every matrix since it was last emptied; None where
+            the solver does not tell.
+    """
+
+    def __init__(self, model, settings, geometric=True):
+        """``geometric=False`` leaves the geometric stiffness out, a wrong variant."""
+        instance("model", model, Model)
+        self.settings = instance("settings", settings, StaticSettings)
+        self.system = System(model, settings.solver, full_tangent=True)
+        self.state = self.system.initial_state()
+        self.place = self.system.observe(self.state)
+        self.works, self.pivots = [], []
+        self._geometric = geometric
+        self._predictions = self.system.predictions()
+        self._zero = np.zeros(self.system.numbering.n_dof)
+        self._prescribed = _prescribed(model, self.system.numbering)
+        check_held(model)
+
+    def prescribed(self, factor):
+        """Prescribed displacements (n_dof,) at a load factor [m]."""
+        values = self._zero.copy()
+        for history, pattern in self._prescribed.items():
+            values += (factor if history == CONSTANT else history(factor)) * pattern
+        return values
+
+    def free(self, vector):
+        """``vector`` with zeros at held dofs."""
+        return np.where(self.system.dofs.fixed, 0.0, vector)
+
+    def equilibrate(self, start, goal):
+        """Move from the load factor ``start`` to ``goal``; returns the iterations it took.
+
+        Raises:
+            NotConverged: why it did not get there; the state is as it was.
+        """
+        backup = self.state.pack()
+        pushed = self.prescribed(goal) - self.prescribed(start)
+        self.works = []
+        try:
+            return self._iterate(goal, pushed)
+        except NotConverged:
+            self.state.unpack(backup)
+            raise
+
+    def _iterate(self, goal, pushed):
+        mixed = False
+        for k in range(1, self.settings.max_iterations + 1):
+            if k == 1 and np.any(pushed):
+                correction = self.solve_increment(pushed, goal)
+            else:
+                correction = self.correction(goal, mixed)
+            self.works.append(self.work(correction))
+            if not np.isfinite(self.works[-1]):
+                raise NotConverged("the iteration diverges")
+            self.move(correction)
+            mixed = True
+            if self.converged(k, max(self.works)):
+                return k
+        raise NotConverged(f"{k} iterations reached a work ratio of "
+                           f"{self.works[-1] / max(self.works):.2g}")
+
+    def work(self, correction):
+        """Work of the residual in a correction [J]."""
+        return abs(float(self.system.residual.balance @ correction))
+
+    def converged(self, k, first):
+        """Whether the k-th correction is the last, with the work of the largest one before."""
+        return k > 1 and self.works[-1] <= max(self.settings.tolerance * first,
+                                               self.system.roundoff_work(0.0))
+
+    def solve_increment(self, pushed, factor):
+        """First correction of a step with prescribed displacements: the free dofs follow linearly.
+
+        The forces of the push are taken from a small one.
+
+        Raises:
+            InputError: the shell is a mechanism.
+        """
+        system = self.system
+        self.assemble(factor)
+        residual = system.residual.balance.copy()
+        if np.any(pushed):
+            fraction = PUSH * system.model.size / np.abs(pushed).max()
+            forces = system.residual.unmasked.copy()
+            system.assemble(self.state, self.place, STATIC, fraction * pushed,
+                            system.take_loads(at_factor(factor)), tangent=False)
+            residual += self.free(system.residual.unmasked - forces) / fraction
+        try:
+            self._factorize()
+        except SingularMatrix as error:
+            raise InputError(f"the shell is a mechanism: {error}") from None
+        return system.solver.solve(residual) + pushed
+
+    def assemble(self, factor, mixed=False, tangent=True):
+        """Residual, and matrix if wanted, of the state; ``mixed``: with predicted stresses."""
+        predicted = self._predictions._replace(used=mixed or not self._geometric)
+        if not self._geometric:
+            predicted.b[:] = 0.0
+            predicted.e[:] = 0.0
+        self.system.observe(self.state, self.place)
+        self.system.assemble(self.state, self.place, STATIC, self._zero,
+                             self.system.take_loads(at_factor(factor)), tangent=tangent,
+                             predicted=predicted)
+
+    def correction(self, factor, mixed):
+        """The correction of the state under the loads of a factor."""
+        self.assemble(factor, mixed)
+        self._factorize()
+        return self.system.solver.solve(self.system.residual.balance)
+
+    def move(self, correction):
+        """Apply a correction, scaled down if it turns a normal by more than ``LARGEST_TURN``; its
+        linear part is the stress of the next tangent."""
+        system, start = self.system, self.place.start
+        turn = system.coordinates.largest_turn(start, correction)
+        if turn > LARGEST_TURN:
+            correction = LARGEST_TURN / turn * correction
+        updates.predict_strains(system.elements, system.dofs.nodes, self.state.motion, start,
+                                correction, self._predictions)
+        system.coordinates.correct(self.state, start, correction)
+
+    def _factorize(self):
+        self.pivots.append(self.system.solver.factor())
+
+
+def _prescribed(model, numbering):
+    """``{history: (n_dof,) displacement}`` of the supports that move."""
+    patterns = {}
+    for support in model.supports:
+        if support.displacement != 0.0:
+            pattern = patterns.setdefault(support.history, np.zeros(numbering.n_dof))
+            for node in support.nodes:
+                for component in support.components:
+                    first = numbering.start[node]
+                    pattern[first + "xyz".index(component)] = support.displacement
+    return patterns
