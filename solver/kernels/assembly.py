@@ -220,6 +220,13 @@ def _average(weight, alpha_f, end, start):
 
 
 @njit(cache=True)
+def _local_forces(constants, strains, local):
+    """``LocalForces`` of averaged strains, Eq. (68)."""
+    element.local_forces(constants.l, constants.Q, constants.k_b, strains.t, strains.b, strains.e,
+                         local.B, local.f, local.g)
+
+
+@njit(cache=True)
 def _forces_at(place, diagonals, local, f_x, f_p):
     """``T^T f_int``, Eq. (45b), of a configuration whose frame is known."""
     element.rotated_positions(place.R, place.y, place.p, place.yl, place.r)
@@ -364,7 +371,7 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
         gather_vertices(work.p_end, these.directors, p_)
         diagonals = strains_at(fixed, place, strains)
         _average(weight, alpha_f, strains, before)
-        element.local_forces(fixed.l, fixed.Q, fixed.k_b, *strains, *local)
+        _local_forces(fixed, strains, local)
 
         if averaged:
             _forces_at(place, diagonals, local, f_x, f_p)
@@ -396,7 +403,7 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
                 gather_rows(predicted.b, first, count, b_)
                 gather_rows(predicted.e, first, count, e_)
                 strains.b[:], strains.e[:] = b_0, e_0
-                element.local_forces(fixed.l, fixed.Q, fixed.k_b, *strains, *local)
+                _local_forces(fixed, strains, local)
                 _couples(R, local.g, f_p)
                 _add(1.0, f_p_, these.directors, work.ends_p[0])
             tangent(R, diagonals, yl, r, local.f, local.g, local.B, strains.e, fixed.Q, fixed.k_b,
