@@ -97,7 +97,7 @@ class _Run(click.Command):
 
     def get_params(self, ctx):
         own = super().get_params(ctx)
-        return [own[0], *_settings_options(), *own[1:]]
+        return [*own[:3], *_settings_options(), *own[3:]]
 
 
 @cli.command(cls=_Run)

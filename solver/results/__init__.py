@@ -1,0 +1,1 @@
+"""Result files: written by ``recorder``, read by ``reading``."""
