@@ -1,4 +1,4 @@
-"""Paths that may be written, files that replace others at once, space that is claimed beforehand."""
+"""Paths that may be written, files that replace others at once, space claimed beforehand."""
 
 import os
 import stat
