@@ -7,9 +7,10 @@ conservation and symmetry.
 import numpy as np
 
 from corovec import InputError, Settings, simulate
-from corovec.benchmarks import Calibration, load_case
+from corovec.benchmarks import load_case
 from corovec.solver.checks import number
 from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.input.schema import Calibration
 
 from .study import printed_results
 
@@ -33,13 +34,13 @@ def calibrate(case, elements, *, dt=None, progress=None):
     """Find the factor of the loads of ``case`` that gives the printed energy after unloading.
 
     Args:
-        case: name of the case; elements: the mesh, one whose energy is printed.
+        case: name of the benchmark.
+        elements: the mesh, one whose energy is printed.
         dt: time step [s], by default 1/200 of the loading time.
         progress: called as ``progress(factor, energy)`` after each run.
 
     Returns:
-        (factor, ``Calibration``); the peak is the factor times the case's own,
-        or the factor itself where the case leaves no peak free.
+        (factor, ``Calibration``).
 
     Raises:
         InputError: no printed energy of this mesh, or a time step that is too long.
@@ -68,11 +69,8 @@ def calibrate(case, elements, *, dt=None, progress=None):
     if abs(change) > LARGEST_DT_CHANGE:
         raise InputError(f"dt {dt:g} s is too long: at half the step the energy changes by "
                          f"{change:.1e}, at most {LARGEST_DT_CHANGE:g} is allowed")
-    free = definition.free_peak
-    peak = factor * (definition.histories[free].peak.value if free else 1.0)
-    return factor, Calibration(peak=peak, elements=elements, printed=printed[elements],
-                               table=table["table"], dt=dt, residual=found / target - 1.0,
-                               dt_change=change)
+    return factor, Calibration(elements=elements, printed=printed[elements], table=table["table"],
+                               dt=dt, residual=found / target - 1.0, dt_change=change)
 
 
 def find_factor(energy, target):

@@ -6,7 +6,7 @@ can be checked: that something stays constant, agrees between meshes, or swings 
 
 import numpy as np
 
-from corovec.benchmarks import load_case, read_calibrations
+from corovec.benchmarks import load_case
 from corovec.solver.dynamics.simulation import drift, total_energy, unloaded_row
 from corovec.solver.model.mesh import node_at
 from corovec.verification.case import Row, at_least, small
@@ -67,7 +67,7 @@ def _level(case, contents):
                   float(total_energy(history)[row]),
                   float(printed["energy"][printed["elements"].index(elements)]), "published", LINE,
                   "a line's width in a figure", explanation=assumptions(load_case(case)),
-                  covers=ASSUMED, fitted=case in read_calibrations())
+                  covers=ASSUMED, fitted=load_case(case).calibration is not None)
 
 
 def _conserved(contents):

@@ -75,32 +75,42 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
 @click.option("--elements", type=int, required=True,
               help="The mesh, by its number of elements, whose printed energy is the target.")
 @click.option("--dt", type=float, help="Time step [s]. Default: 1/200 of the loading time.")
-def calibrate(case, elements, dt):
+@click.option("--output", type=click.Path(dir_okay=False),
+              help="Model file to write.  Default: CASE-calibrated.toml.")
+@click.option("--overwrite", is_flag=True, help="Replace the model file if it exists.")
+def calibrate(case, elements, dt, output, overwrite):
     """Fit the peak of CASE's load to the paper's energy after unloading on one mesh.
 
-    The peak is written beside the case's definition, marked calibrated, and replaces the assumed
-    one; that energy is no check any more.  Where all loads are given, the factor is only shown.
+    A copy of the case's model file is written with the peak that was found, marked calibrated, for
+    corovec run; that energy is no check of it any more.  Where all loads are given, the factor is
+    only shown.
 
     \b
-    Example:
+    Examples:
       corovec calibrate ruler --elements 480
+      corovec run ruler-calibrated.toml
     """
     from corovec import warm_up
-    from corovec.benchmarks import CALIBRATED, load_case, write_calibration
+    from corovec.benchmarks import load_case
+    from corovec.solver.input.files import calibrated_text, find_model
+    from corovec.solver.results.files import replacing, writable_path
 
     from .calibration import calibrate as find
     definition = load_case(case)
+    free = definition.free_peak
+    path = free and writable_path(output or f"{case}-calibrated.toml", overwrite)
     warm_up()
     factor, found = find(case, elements, dt=dt, progress=lambda factor, energy: click.echo(
         f"  load factor {factor:<12.8g} energy {energy:.6g} J"))
     click.echo(f"load factor {factor:.8g}: {found.source}")
-    if definition.free_peak is None:
+    if free is None:
         click.echo(f"Not written: the loads of {case} are given, none is free.")
         return
-    write_calibration(case, found)
-    unit = definition.histories[definition.free_peak].peak.unit
-    click.echo(f"peak of {definition.free_peak}(t) {found.peak:.8g} {unit}, calibrated, written to "
-               f"{CALIBRATED}")
+    old = definition.histories[free].peak
+    peak = factor * old.value
+    with replacing(path) as partial:
+        partial.write_text(calibrated_text(find_model(case), peak, found), encoding="utf-8")
+    click.echo(f"peak of {free}(t) {peak:.8g} {old.unit}, calibrated, written to {path}")
 
 
 def _tell(text):

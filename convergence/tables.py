@@ -16,7 +16,7 @@ from .motion import Growth, deviations, displacement, dominant_line, growth, rec
 from .rates import crossing, finest_as_reference, log_log_fit, mesh_errors, richardson
 from .study import (
     DRIFT_TARGET,
-    FLIGHT_TOLERANCE,
+    FLIGHT,
     JUSTIFIED,
     RHO_INF,
     printed_results,
@@ -124,7 +124,7 @@ def drift_table(study, outcomes):
     for part in WINDOWS:
         until = study.unloaded_at + part * flight
         frame = pd.DataFrame({"case": study.case, "elements": study.elements[0], "until": until,
-                              "dt": study.drift_steps, "tolerance": FLIGHT_TOLERANCE}).join(
+                              "dt": study.drift_steps, "tolerance": FLIGHT.tolerance}).join(
                                   pd.DataFrame([drifts(outcome, until) for outcome in ended]))
         frame["order"] = _orders(frame["dt"], frame["energy_drift"])
         blocks.append(frame)
@@ -231,7 +231,7 @@ def summary_table(study, tables):
              log_log_fit(early["dt"], early["energy_drift"]).slope, "", f"until {until:g} s"),
             (f"time step for a drift of {DRIFT_TARGET:.0e}", at_target, "s",
              "extrapolated" if beyond else ""),
-            ("convergence tolerance of the drift study", FLIGHT_TOLERANCE, "", ""),
+            ("convergence tolerance of the drift study", FLIGHT.tolerance, "", ""),
             ("time step of the paper", study.paper_dt, "s", "")):
         rows.append({"quantity": quantity, "unit": unit, "ours": value, "note": note})
     frame = pd.DataFrame(rows).fillna({"printed": "", "note": ""})

@@ -6,7 +6,6 @@ assumed: such rows deviate, explained by that.  What is asked for is what assump
 
 import numpy as np
 
-from corovec.benchmarks import read_calibrations
 from corovec.verification.case import Row, at_least, small
 
 from .rates import finest_as_reference, log_log_fit, richardson
@@ -74,7 +73,7 @@ def last_digit(text):
 def _printed_energies(study, mesh):
     """Energies and errors beside those printed for the same meshes."""
     why, finest = assumptions(study.definition), mesh["elements"].iloc[-1]
-    calibration = read_calibrations().get(study.case)
+    calibration = study.definition.calibration
     fitted_to = calibration.elements if calibration else None
     for row in mesh.itertuples():
         if row.printed:

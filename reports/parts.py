@@ -9,7 +9,15 @@ from pathlib import Path
 from types import NoneType
 from typing import NamedTuple
 
-from corovec import InputError, ResultFileError, convergence, solver, timing, verification
+from corovec import (
+    InputError,
+    ResultFileError,
+    benchmarks,
+    convergence,
+    solver,
+    timing,
+    verification,
+)
 from corovec.benchmarks import case_names
 from corovec.convergence.run import code_version
 from corovec.solver.results.files import replacing
@@ -34,9 +42,11 @@ class Part:
     """One command and its result.
 
     Attributes:
-        name: names its stamp and its log; kind: ``verify``, ``converge``, ``time`` or ``run``.
-        command: arguments of ``corovec``; result: the file that it writes.
-        packages: on whose sources, beside the solver's, the result depends.
+        name: names its stamp and its log.
+        kind: ``verify``, ``converge``, ``time`` or ``run``.
+        command: arguments of ``corovec``.
+        result: the file that it writes.
+        packages: on whose sources, beside the solver's and the benchmarks', the result depends.
         left_out: whether this size leaves it out.
     """
 
@@ -60,7 +70,7 @@ class Part:
     @property
     def code(self):
         """Versions of the sources that the result depends on."""
-        return [code_version(package, SOURCES) for package in (solver, *self.packages)]
+        return [code_version(package, SOURCES) for package in (solver, benchmarks, *self.packages)]
 
     def read(self):
         """Contents of the result: a ``Recording`` of a run, else an object of JSON.

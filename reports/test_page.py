@@ -15,7 +15,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corovec import InputError, Settings, convergence, simulate, solver, verification
+from corovec import (
+    InputError,
+    Settings,
+    benchmarks,
+    convergence,
+    simulate,
+    solver,
+    verification,
+)
 from corovec import timing as timing_package
 from corovec.benchmarks import load_case
 from corovec.convergence.run import code_version
@@ -188,7 +196,7 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name, data, others", [
-    ("run-ruler-120", [solver], [verification]),
+    ("run-ruler-120", [solver, benchmarks], [verification]),
     ("converge-ruler", [solver, convergence, verification], [timing_package]),
     ("time-table-4", [solver, timing_package, verification], [convergence]),
     ("verify-patch", [solver, verification], [convergence])])
@@ -197,7 +205,7 @@ def test_stamps_see_code_and_data(tmp_path, monkeypatch, name, data, others):
     part = Results(SIZE, tmp_path).parts[name]
     monkeypatch.setattr(parts, "code_version", code_version.__wrapped__)
     for package in (*data, *others):
-        for file in ("module.py", "printed.toml", "calibrated.json"):
+        for file in ("module.py", "printed.toml", "data.json"):
             folder = tmp_path / package.__name__
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()

@@ -1,4 +1,4 @@
-"""Command line ``corovec``: runs cases, summarises result files, lists cases.
+"""Command line ``corovec``: runs models, summarises result files.
 
 Commands of the suites around the solver join through the entry-point group ``corovec.commands``, so
 that nothing in this package imports them.
@@ -7,12 +7,15 @@ that nothing in this package imports them.
 import json
 import math
 import os
+import re
 import sys
+from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
 
 import click
 
 from .errors import InputError, ResultFileError, StepError
+from .fields import called
 
 WRONG_INPUT = 2
 FAILED = 1
@@ -60,7 +63,7 @@ def main():
         if sys.stdout is not None:
             sys.stdout.flush()
     except (InputError, ResultFileError) as error:
-        _fail(error, WRONG_INPUT)
+        _fail(_in_options(str(error)), WRONG_INPUT)
     except StepError as error:
         _fail(error, FAILED)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -76,52 +79,52 @@ def main():
         _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
 
 
+def _in_options(message):
+    """An error of Python with the options for the names of its arguments, such as ``rho_inf``."""
+    options = {option.name: option.opts[0] for option in _settings_options()}
+    return re.sub(r"(?<![\w./-])[a-z]+(_[a-z]+)+(?![\w./-])",
+                  lambda name: options.get(name[0], name[0]), message)
+
+
 def _fail(message, status):
     click.echo(f"corovec: error: {message}", err=True)
     sys.exit(status)
 
 
-@cli.command()
-@click.argument("case")
+class _Run(click.Command):
+    """A command whose options of settings are the fields of ``Settings``, read when it is called:
+    they need libraries that take time to load."""
+
+    def get_params(self, ctx):
+        own = super().get_params(ctx)
+        return [*own[:3], *_settings_options(), *own[3:]]
+
+
+@cli.command(cls=_Run)
+@click.argument("model")
 @click.option("--elements", type=int, help="Mesh, by its number of elements (see corovec list).")
-@click.option("--dt", type=float, help="Time step [s].")
-@click.option("--end-time", type=float, help="Simulated time [s], a multiple of dt.")
-@click.option("--scheme", default="quasi", show_default=True,
-              help="quasi (energy-momentum conserving) or newmark (trapezoidal rule, a baseline).")
-@click.option("--rho-inf", default=1.0, show_default=True,
-              help="Spectral radius at infinity, 0 to 1; 1 conserves.")
-@click.option("--transformation", default="midpoint", show_default=True,
-              help="T at the generalized midpoint, or the average of both ends.")
-@click.option("--axes", default="nodal", show_default=True,
-              help="Axes of the rotational variables: nodal (following), or global (the paper's).")
-@click.option("--solver", default="auto", show_default=True, help="auto, skyline or dense.")
-@click.option("--newton", default="modified", show_default=True,
-              help="modified (a factorization serves many iterations) or full (the paper's).")
-@click.option("--tolerance", default=1e-6, show_default=True,
-              help="Work ratio at which an iteration ends (the paper's); see the README on Newton.")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
 @click.option("--output", type=click.Path(dir_okay=False), help="Result file (HDF5, ParaView).")
-@click.option("--frame-every", default=0, show_default=True,
-              help="Steps between frames and checkpoints; 0: about 200 frames a run.")
 @click.option("--overwrite", is_flag=True, help="Replace the result file if it exists.")
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
-def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, solver, newton,
-        tolerance, membrane, output, frame_every, overwrite, resume, as_json):
-    """Simulate a benchmark CASE; options that are left out take the case's defaults.
+def run(model, elements, membrane, output, overwrite, resume, as_json, **options):
+    """Simulate a MODEL: the path of a .toml file, or the name of a benchmark.
+
+    Options that are left out take the defaults of the model's file, or those shown.
 
     \b
     Examples:
       corovec run l-plate
+      corovec run shell.toml --output shell.h5
       corovec run l-plate --elements 480 --dt 1e-3 --end-time 2 --output l480.h5
       corovec run l-plate --elements 480 --dt 1e-3 --end-time 2 --output l480.h5 --resume
       corovec run l-plate --elements 30 --solver skyline --json
     """
-    from corovec.benchmarks import load_case
-
     from .compilation import warm_up
-    from .dynamics.simulation import Settings, simulate
+    from .dynamics.simulation import simulate
+    from .input.files import find_model, installed_models, read_model
     from .results.files import writable_path
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
@@ -129,42 +132,67 @@ def run(case, elements, dt, end_time, scheme, rho_inf, transformation, axes, sol
         raise InputError("--resume needs --output, the file to continue")
     if output is not None:
         output = str(writable_path(output, overwrite or resume))
-    definition = load_case(case)
-    settings = Settings(
-        dt=definition.defaults.dt if dt is None else dt,
-        end_time=definition.defaults.end_time if end_time is None else end_time,
-        scheme=scheme, rho_inf=rho_inf, transformation=transformation, axes=axes,
-        solver=solver, newton=newton, tolerance=tolerance, frame_every=frame_every)
+    definition = read_model(find_model(model))
+    settings = _settings(options, definition.defaults)
     elements = definition.defaults.elements if elements is None else elements
-    model = definition.model(elements, membrane=membrane)
+    shell = definition.model(elements, membrane=membrane)
+    case = model if model in installed_models() else os.path.basename(model)
     if not as_json:
-        click.echo(f"{definition.title}: {elements} elements, {len(model.nodes)} nodes, "
+        click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
             click.echo(f"{output} does not exist yet: a new run")
     compile_seconds = warm_up()
-    with _Progress(settings.n_steps, model.unloaded_at) as progress:
+    with _Progress(settings.n_steps, shell.unloaded_at) as progress:
         try:
-            result = simulate(model, settings, output=output, overwrite=overwrite, resume=resume,
+            result = simulate(shell, settings, output=output, overwrite=overwrite, resume=resume,
                               progress=progress, case=case)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
-    summary = _summary(result.history, model.unloaded_at, result.supported)
-    summary = {"case": case, "elements": elements, "nodes": len(model.nodes),
-               "dt": settings.dt, "end_time": settings.end_time, "scheme": scheme,
-               "rho_inf": rho_inf, "transformation": transformation, "axes": axes,
-               "membrane": membrane, "solver": result.solver, "newton": newton,
-               "tolerance": tolerance, **summary,
-               "output": output,
-               "seconds": {"assembly": result.seconds.assembly,
-                           "factorization": result.seconds.factorization,
-                           "solve": result.seconds.solve, "rest": result.seconds.rest,
-                           "total": result.seconds.total, "compilation": compile_seconds}}
-    _show(summary, as_json)
-    if rho_inf == 1.0 and result.drift and result.drift.energy > WORRYING_DRIFT:
+    seconds = {name: getattr(result.seconds, name) for name in
+               ("assembly", "factorization", "solve", "rest", "total")}
+    _show({"case": case, "elements": elements, "nodes": len(shell.nodes), "membrane": membrane,
+           **asdict(settings), "solver": result.solver,
+           **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
+           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
+    if settings.scheme.rho_inf == 1.0 and result.drift and result.drift.energy > WORRYING_DRIFT:
         click.echo(f"corovec: warning: the energy changed by {100 * result.drift.energy:.2g} % in "
                    "free flight: take a smaller dt, or a smaller tolerance", err=True)
+
+
+def _settings_options():
+    """Options for the fields of ``Settings``, and of the settings in it."""
+    from .dynamics.settings import Settings
+    return [option for field in fields(Settings) for option in _options(field)]
+
+
+def _options(field):
+    if is_dataclass(field.type):
+        return [option for inner in fields(field.type) for option in _options(inner)]
+    about = field.metadata
+    choices = f"  One of: {', '.join(about['choices'])}." if about["choices"] else ""
+    unit = f" [{about['unit']}]" if about["unit"] else ""
+    given = field.default is not MISSING
+    rest = "" if given else "  Default: the model file's."
+    return [click.Option(["--" + called(field).replace("_", "-")], type=field.type,
+                         default=field.default if given else None, show_default=given,
+                         help=f"{about['help'].removesuffix('.')}{unit}.{choices}{rest}")]
+
+
+def _settings(options, defaults):
+    """``Settings`` of the options of a command; those without a value are of ``defaults``."""
+    from .dynamics.settings import Settings
+
+    def made(kind):
+        return kind(**{field.name: made(field.type) if is_dataclass(field.type) else
+                       value(field) for field in fields(kind)})
+
+    def value(field):
+        option = options[called(field)]
+        return getattr(defaults, field.name) if option is None else option
+
+    return made(Settings)
 
 
 @cli.command()
@@ -193,34 +221,6 @@ def info(file, as_json):
         "frames": len(contents["displacement"]), **outcome,
         "versions": description["versions"], "machine": description["machine"]}
     _show(summary, as_json)
-
-
-@cli.command("list")
-@click.option("--json", "as_json", is_flag=True, help="Print as one JSON object.")
-def list_cases(as_json):
-    """Show the cases, their meshes, and where every parameter comes from.
-
-    \b
-    Example:
-      corovec list
-    """
-    from corovec.benchmarks import case_names, load_case
-    cases = [load_case(name) for name in case_names()]
-    if as_json:
-        columns = ("parameter", "value", "unit", "provenance", "source")
-        click.echo(json.dumps({case.name: {
-            "title": case.title, "meshes": case.sizes,
-            "provenance": [dict(zip(columns, row, strict=True)) for row in case.provenance()]}
-            for case in cases}, indent=2))
-        return
-    for case in cases:
-        click.echo(f"{case.name}: {case.title}")
-        click.echo(f"  meshes (elements): {', '.join(map(str, case.sizes))}")
-        click.echo(f"  defaults: {case.defaults.elements} elements, dt {case.defaults.dt:g} s, "
-                   f"end time {case.defaults.end_time:g} s")
-        for parameter, value, unit, provenance, source in case.provenance():
-            text = f"{value:g}" if isinstance(value, float) else str(value)
-            click.echo(f"  {parameter:<14} {text} {unit}".rstrip() + f"  [{provenance}] {source}")
 
 
 class _Progress:

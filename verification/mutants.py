@@ -25,7 +25,9 @@ class Mutant:
 
     Attributes:
         name: what is wrong.
-        file: source file of the solver; old, new: the text replaced.
+        file: source file of the solver.
+        old: the text that is replaced.
+        new: what replaces it.
         killers: the cases that must catch it.
     """
 

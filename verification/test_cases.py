@@ -1,29 +1,25 @@
 """The paper's four benchmarks as data: meshes, loads, provenance, calibration, bad files."""
 
+import json
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corovec import InputError
-from corovec.benchmarks import (
-    FOLDER,
-    Calibration,
-    case_names,
-    load_case,
-    read_calibrations,
-    read_case,
-    write_calibration,
-)
+from corovec import InputError, ResultFileError
+from corovec.benchmarks import FOLDER, case_names, load_case
 from corovec.convergence import calibration, cli
 from corovec.convergence.calibration import calibrate, energy_after_unloading, find_factor
+from corovec.solver.input.files import calibrated_text, read_model
+from corovec.solver.input.schema import Calibration
 from corovec.solver.model.mesh import line_nodes
 from corovec.verification.helpers import corovec
 
 NODES = {"l-plate": 48, "ruler": 31 * 5, "hemisphere": 1088, "plates": 507}
 """Of the coarsest mesh; printed for hemisphere and plates."""
 
-FOUND = Calibration(peak=2.0, elements=120, printed="246.57", table="Table 3", dt=1e-5,
-                    residual=1e-7, dt_change=1e-5)
+FOUND = Calibration(elements=120, printed="246.57", table="Table 3", dt=1e-5, residual=1e-7,
+                    dt_change=1e-5)
 
 
 @pytest.mark.parametrize("name", NODES)
@@ -160,7 +156,7 @@ def test_bad_file_gives_all_errors_at_once(tmp_path):
         ("times = [0.0, 0.002", "times = [0.0, 0.02"), ("dt = 1e-5", "dt = 0.0"),
         ("divisions = [30, 4]", "divisions = [30, 0]"))
     with pytest.raises(InputError) as error:
-        read_case(path)
+        read_model(path)
     for message in ("parameters.thickness.value: Input should be greater than 0",
                     "parameters.poisson.value: Input should be a valid number",
                     "parameters.density: Field required", "parameters.densty: Extra inputs",
@@ -180,18 +176,18 @@ def test_bad_file_gives_all_errors_at_once(tmp_path):
 ])
 def test_contradictions_in_a_file(tmp_path, change, message):
     with pytest.raises(InputError, match=message):
-        read_case(broken(tmp_path, change))
+        read_model(broken(tmp_path, change))
 
 
 def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
     path = broken(tmp_path, ("[geometry.sphere]", "[other]"), name="hemisphere")
     with pytest.raises(InputError, match="other: Extra .*|geometry: .* either blocks or sphere"):
-        read_case(path)
+        read_model(path)
 
 
 @pytest.mark.parametrize("name, change, message", [
     ("ruler", ("[[0.15, 0.0, 0.0], [0.15,", "[[0.155, 0.0, 0.0], [0.15,"),
-     "case ruler, load centre line: no node at .0.155, 0.0"),
+     "model ruler, load centre line: no node at .0.155, 0.0"),
     ("hemisphere", ("A = { value = [10.0", "A = { value = [11.0"), "point A: no node at .11.0"),
     ("hemisphere", ("[18.0, 90.0]", "[90.0, 18.0]"),
      "geometry.sphere.polar_angles: .* upper parallel comes first"),
@@ -202,7 +198,7 @@ def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
     ("ruler", ('thickness = { value = 0.002, unit = "m"', 'thickness = { value = 2, unit = "mm"'),
      "parameters.thickness: .* in 'mm', must be in 'm'"),
     ("ruler", ('unit = "m"\nprovenance', 'unit = "mm"\nprovenance'), "geometry: .* blocks in 'mm'"),
-    ("ruler", ('peak = { value = 4e4, unit = "N/m"', 'peak = { value = 4e4, unit = "N"'),
+    ("ruler", ('42313.984198017424, unit = "N/m"', '42313.984198017424, unit = "N"'),
      "loads: .* peak in 'N': one must be in 'N/m'"),
     ("ruler", ('dt = { value = 5e-6, unit = "s"', 'dt = { value = 5, unit = "ms"'),
      "paper.dt: .* in 'ms', must be in 's'"),
@@ -211,22 +207,44 @@ def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
 ])
 def test_impossible_values_in_a_file(tmp_path, name, change, message):
     with pytest.raises(InputError, match=message):
-        read_case(broken(tmp_path, change, name=name))
+        read_model(broken(tmp_path, change, name=name))
+
+
+def test_the_ruler_is_calibrated():
+    """Its peak, and how it was found, are part of the model file; the source says the same."""
+    case = load_case("ruler")
+    peak = case.histories["p"].peak
+    assert (peak.value, peak.unit, peak.provenance) == (42313.984198017424, "N/m", "calibrated")
+    assert peak.source == case.calibration.source and "246.58" in peak.source
+    assert case.calibration.elements == 480
+    assert all(load_case(name).calibration is None for name in NODES if name != "ruler")
 
 
 def test_calibrated_peak_replaces_the_assumed_one(tmp_path):
-    path = tmp_path / "calibrated.json"
-    assert read_calibrations(path) == {}
-    write_calibration("ruler", FOUND, path)
-    write_calibration("hemisphere", FOUND, path)
-    assert read_calibrations(path) == {"ruler": FOUND, "hemisphere": FOUND}
-    case = read_case(FOLDER / "ruler.toml").calibrated(FOUND)
-    (row,) = [row for row in case.provenance() if row[0] == "peak of p(t)"]
-    assert row[1:4] == (2.0, "N/m", "calibrated") and "246.57" in row[4]
-    assert case.model(120).loads[0].history.values == (0.0, 2.0, 0.0)
-    path.write_text('{"ruler": {"peak": "high"}}')
-    with pytest.raises(InputError, match="ruler.peak: Input should be a valid number.*Field req"):
-        read_calibrations(path)
+    """In a copy of the model file, which keeps its comments and everything else."""
+    path = tmp_path / "hemisphere.toml"
+    old = FOLDER / "hemisphere.toml"
+    path.write_text(calibrated_text(old, 2.0, FOUND))
+    case, before = read_model(path), read_model(old)
+    assert case.calibration == FOUND
+    (row,) = [row for row in case.provenance() if row[0] == "peak of f(t)"]
+    assert row[1:4] == (2.0, "N", "calibrated") and "246.57" in row[4]
+    assert case.model(1024).loads[0].history.values == (0.0, 2.0, 0.0)
+    assert [row for row in case.provenance() if row[0] != "peak of f(t)"] == [
+        row for row in before.provenance() if row[0] != "peak of f(t)"]
+    assert path.read_text().startswith(old.read_text().partition("\n")[0])
+    twice = calibrated_text(path, 3.0, FOUND)
+    assert twice == path.read_text().replace("value = 2.0", "value = 3.0")
+
+
+def test_calibration_without_a_calibrated_peak(tmp_path):
+    path = broken(tmp_path, ('provenance = "calibrated"', 'provenance = "assumed"'))
+    with pytest.raises(InputError, match="calibration: no history has a peak that is calibrated"):
+        read_model(path)
+    path = broken(tmp_path, ("dt = 2e-05", "dt = 0.0"), ("elements = 480\nprinted", "printed"))
+    with pytest.raises(InputError, match="calibration.elements: Field required; "
+                                         "calibration.dt: Input should be greater than 0"):
+        read_model(path)
 
 
 def test_find_factor():
@@ -256,18 +274,29 @@ def test_calibration_finds_a_known_factor(monkeypatch):
 
 
 def test_calibrate_command(tmp_path, monkeypatch):
-    """Writes what was found; loads that leave nothing free are shown only."""
-    path = tmp_path / "calibrated.json"
-    monkeypatch.setattr("corovec.benchmarks.write_calibration",
-                        lambda name, found: write_calibration(name, found, path))
-    monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (2.0, FOUND))
-    shown = CliRunner().invoke(cli.calibrate, ["ruler", "--elements", "120"])
+    """Writes a model file with what was found; loads that leave nothing free are shown only."""
+    def call(*arguments):
+        return CliRunner().invoke(cli.calibrate, arguments)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (0.5, FOUND))
+    shown = call("ruler", "--elements", "120")
     assert shown.exit_code == 0 and "no check any more" in shown.output
-    assert read_calibrations(path) == {"ruler": FOUND}
+    written = read_model(tmp_path / "ruler-calibrated.toml")
+    assert written.calibration == FOUND
+    assert written.histories["p"].peak.value == 0.5 * load_case("ruler").histories["p"].peak.value
+    again = call("ruler", "--elements", "120")
+    assert isinstance(again.exception, ResultFileError) and "exists" in str(again.exception)
+    assert call("ruler", "--elements", "120", "--overwrite").exit_code == 0
+    assert call("ruler", "--elements", "120", "--output", "own.toml").exit_code == 0
+    assert (tmp_path / "own.toml").read_text() == (tmp_path / "ruler-calibrated.toml").read_text()
+    run = corovec("run", str(tmp_path / "own.toml"), "--end-time", "1e-4", "--json")
+    assert json.loads(run.stdout)["case"] == "own.toml"
     other = FOUND.model_copy(update={"elements": 30})
     monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: (2.0, other))
-    shown = CliRunner().invoke(cli.calibrate, ["l-plate", "--elements", "30"])
-    assert "Not written" in shown.output and "l-plate" not in read_calibrations(path)
+    shown = call("l-plate", "--elements", "30")
+    assert "Not written" in shown.output
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["own.toml", "ruler-calibrated.toml"]
 
 
 def test_list_shows_all_cases():

@@ -8,11 +8,15 @@ import subprocess
 import sys
 import time
 from copy import copy
+from dataclasses import fields, is_dataclass
 from functools import partial
 
 import pytest
 from click.testing import CliRunner
 
+from corovec import Newton, Scheme, Settings
+from corovec.solver.fields import called
+from corovec.solver.input.files import read_model
 from corovec.verification import cli
 from corovec.verification.case import Case, small
 from corovec.verification.cli import verify
@@ -52,6 +56,122 @@ def test_info_and_list(tmp_path):
     assert {row["provenance"] for row in cases["l-plate"]["provenance"]} == {"printed", "assumed"}
 
 
+def test_every_setting_has_an_option():
+    """With its default, choices and unit, from the fields of the settings themselves."""
+    text = " ".join(corovec("run", "--help").stdout.split())
+    for kind in (Settings, Scheme, Newton):
+        for field in fields(kind):
+            if not is_dataclass(field.type):
+                assert f"--{called(field).replace('_', '-')} " in text
+                assert "One of: " + ", ".join(field.metadata["choices"]) in text
+    assert "Time step [s]. Default: the model file's." in text
+    assert "[default: 1e-06]" in text and "[default: quasi]" in text
+
+
+SHELL = """
+name = "strip"
+
+[defaults]
+elements = 4
+dt = 0.01
+end_time = 0.2
+
+[parameters]
+thickness = 0.1
+youngs = 1e5
+poisson = 0.3
+density = 1.0
+
+[[geometry.blocks]]
+corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+divisions = [4, 1]
+
+[[meshes]]
+elements = 4
+refinement = 1
+
+[histories.pulse]
+times = [0.0, 0.05, 0.1]
+values = [0.0, 1.0, 0.0]
+
+[[loads]]
+name = "tip"
+history = "pulse"
+force = [0.0, 0.0, 2.0]
+at = [4.0, 1.0, 0.0]
+
+[[loads]]
+name = "edge"
+history = "pulse"
+force = [0.0, 1.0, 0.0]
+line = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+"""
+"""A user's own model file: plain values in the units of the code."""
+
+
+def test_run_of_an_own_model_file(tmp_path):
+    """Plain values are those with a unit; the result names the file."""
+    path, output = tmp_path / "strip.toml", tmp_path / "strip.h5"
+    path.write_text(SHELL)
+    done = corovec("run", str(path), "--output", str(output), "--rho-inf", "0.9", "--json")
+    assert done.stderr == ""
+    summary = json.loads(done.stdout)
+    assert summary["case"] == "strip.toml" and summary["scheme"]["rho_inf"] == 0.9
+    assert summary["dt"] == 0.01 and summary["nodes"] == 10
+    model = read_model(path)
+    assert {row[3] for row in model.provenance()} == {"given"}
+    assert [load.force for load in model.model(4).loads] == [
+        (0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.0, 0.5, 0.0)]
+    again = json.loads(corovec("info", str(output), "--json").stdout)
+    assert again["case"] == "strip.toml" and again["newton"] == summary["newton"]
+
+
+@pytest.mark.parametrize("change, message", [
+    (("thickness = 0.1", "thickness = -0.1"), "parameters.thickness: Input should be greater"),
+    (("youngs = 1e5", 'youngs = "stiff"'), "parameters.youngs: Input should be a valid number"),
+    (("force = [0.0, 0.0, 2.0]", "force = [0.0, 2.0]"), "loads.0.force.2: Field required"),
+    (("at = [4.0, 1.0, 0.0]", "at = [4.0, 1.5, 0.0]"), "load tip: no node at [4.0, 1.5, 0.0]"),
+    (('name = "strip"', ""), "name: Field required"),
+    (("poisson = 0.3", "poisson = 0.3\ncolour = 1"), "parameters.colour: Extra inputs"),
+])
+def test_errors_in_an_own_model_file(tmp_path, change, message):
+    """One line with the file and the place in it, whether a value is plain or not."""
+    path = tmp_path / "strip.toml"
+    assert change[0] in SHELL
+    path.write_text(SHELL.replace(*change))
+    done = corovec("run", str(path))
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
+    assert f"{path}: " in done.stderr and message in done.stderr
+
+
+def test_all_errors_of_a_model_file_at_once(tmp_path):
+    path = tmp_path / "strip.toml"
+    path.write_text(SHELL.replace("0.1\n", "-0.1\n").replace("poisson", "poison"))
+    said = corovec("run", str(path)).stderr
+    for message in ("parameters.thickness: ", "parameters.poisson: ", "parameters.poison: "):
+        assert message in said
+
+
+def test_files_of_a_script_disturb_nothing(tmp_path):
+    """Modules called solver, model or timing beside a user's script are not corovec's."""
+    for name in ("solver", "model", "timing", "benchmarks", "verification", "reports"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError('imported')\n")
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from corovec import Settings, simulate\n"
+        "from corovec.benchmarks import load_case\n"
+        "import corovec.convergence.cli, corovec.reports.cli, corovec.timing.cli\n"
+        "import corovec.verification.cli\n"
+        "model = load_case('l-plate').model(30)\n"
+        "print(simulate(model, Settings(dt=0.01, end_time=0.02)).solver)\n")
+    done = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True,
+                          text=True, check=False)
+    assert done.stdout.split() == ["skyline"] and done.stderr == ""
+    shown = subprocess.run([sys.executable, "-m", "corovec", "list"], cwd=tmp_path,
+                           capture_output=True, text=True, check=False)
+    assert shown.returncode == 0 and "l-plate" in shown.stdout
+
+
 def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     path = str(tmp_path / "run.h5")
     first = json.loads(corovec(*QUICK, "--output", path, "--json").stdout)
@@ -61,13 +181,18 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (("run", "plate"), "case 'plate' is unknown"),
+    (("run", "plate"), "model 'plate' is unknown, must be the path of a .toml file or one of: hem"),
+    (("run", "no/such/shell.toml"), "no/such/shell.toml cannot be read: No such file"),
+    (("run", "l-plate", "--newton", "broyden"), "newton 'broyden' is unknown"),
+    (("run", "l-plate", "--end-time", "-1"), "--end-time must be positive [s]"),
+    (("run", "l-plate", "--max-iterations", "0"), "--max-iterations must be at least 1"),
+    (("calibrate", "ruler", "--elements", "480", "--output", __file__), "exists: overwrite repl"),
     (("run", "l-plate", "--elements", "7"), "no mesh of 7 elements"),
     (("run", "l-plate", "--dt", "0"), "dt must be positive"),
     (("run", "l-plate", "--dt", "soon"), "'soon' is not a valid float"),
     (("run", "l-plate", "--scheme", "euler"), "scheme 'euler' is unknown"),
     (("run", "l-plate", "--solver", "lu"), "solver 'lu' is unknown"),
-    (("run", "l-plate", "--rho-inf", "2"), "rho_inf must lie in [0, 1]"),
+    (("run", "l-plate", "--rho-inf", "2"), "--rho-inf must lie in [0, 1]"),
     (("run", "l-plate", "--membrane", "thick"), "membrane 'thick' is unknown"),
     (("run", "l-plate", "--resume"), "--resume needs --output"),
     (("run", "l-plate", "--output", "/no/such/place.h5"), "cannot be created: no folder"),

@@ -59,7 +59,7 @@ def test_twenty_seconds_of_tumbling(plate, bound):
 def test_newmark_baseline_does_not_conserve():
     """The same run by the trapezoidal rule fails the same bounds: they tell schemes apart."""
     baseline = simulate(load_case("l-plate").model(30),
-                        Settings(dt=1e-3, end_time=2.0, scheme="newmark"))
+                        Settings(dt=1e-3, end_time=2.0, scheme=Scheme("newmark")))
     assert baseline.drift.energy > 10.0 * ENERGY
     assert baseline.drift.angular_momentum > 100.0 * ANGULAR
 

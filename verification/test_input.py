@@ -26,8 +26,9 @@ from corovec import (
     solve_linear,
     surface_load,
 )
-from corovec.benchmarks import FOLDER, load_case, read_case
+from corovec.benchmarks import FOLDER, load_case
 from corovec.solver.checks import HUGE, TINY
+from corovec.solver.input.files import read_model
 from corovec.solver.model.mesh import node_at
 from corovec.verification.models import MATERIAL, rectangle
 
@@ -414,7 +415,7 @@ def test_definition_file_reports_every_error_with_its_path(tmp_path):
     path = tmp_path / "broken.toml"
     path.write_text(broken)
     with pytest.raises(InputError) as error:
-        read_case(path)
+        read_model(path)
     text = str(error.value)
     for where in ("parameters.thickness: Field required", "parameters.thicknes: Extra inputs",
                   "parameters.poisson.value: Input should be a valid number",
@@ -422,4 +423,4 @@ def test_definition_file_reports_every_error_with_its_path(tmp_path):
         assert where in text
     path.write_text("name = [")
     with pytest.raises(InputError, match="broken.toml"):
-        read_case(path)
+        read_model(path)

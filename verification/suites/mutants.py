@@ -28,13 +28,13 @@ SCHEME = (
            "weight * dy[k, c]\n        _gather_vertices(p_mid,",
            "dy[k, c]\n        _gather_vertices(p_end,",
            ("conservation",)),
-    Mutant("trapezoidal rule instead of the quasi scheme", "dynamics/simulation.py",
-           'scheme: str = "quasi"', 'scheme: str = "newmark"', ("conservation",)),
+    Mutant("trapezoidal rule instead of the quasi scheme", "dynamics/scheme.py",
+           '"quasi", choices=SCHEMES', '"newmark", choices=SCHEMES', ("conservation",)),
     Mutant("junction's tangent without the derivative of its spins", "kernels/charts.py",
            "                value += 0.5 * _dot(rate, total)\n", "                pass\n",
            ("junction-tangent",)),
-    Mutant("variables in global axes", "dynamics/simulation.py", 'axes: str = "nodal"',
-           'axes: str = "global"', ("spin",)),
+    Mutant("variables in global axes", "dynamics/scheme.py", '"nodal", choices=AXES',
+           '"global", choices=AXES', ("spin",)),
 )
 
 

@@ -19,14 +19,13 @@ ENERGY = ("quasi conservation: of second order in the angle of a step, (2 pi / 4
           "here, in a nearly rigid motion, only its elastic part of 4e-4 of the energy takes part")
 
 
-def spin(omega, turns, length=1.0, axes="nodal", **options):
+def spin(omega, turns, length=1.0, **scheme):
     """Result of one free element that spins with 2 pi rad/s about the direction ``omega``."""
     omega = 2.0 * np.pi * np.asarray(omega) / np.linalg.norm(omega)
     plate = rectangle(length, 1.0, (1, 1), youngs=1e4)
     model = spinning(plate, omega, about=(0.5 * length, 0.5, 0.0))
     return simulate(model, Settings(dt=1.0 / STEPS_PER_TURN, end_time=float(turns),
-                                    scheme=Scheme(axes=axes),
-                                    newton=Newton(tolerance=TOLERANCE), **options))
+                                    scheme=Scheme(**scheme), newton=Newton(tolerance=TOLERANCE)))
 
 
 def _rows(name, *arguments, **options):

@@ -1,0 +1,89 @@
+"""Model files: reading them, their names, and a copy with a calibrated peak."""
+
+import tomllib
+from functools import cache
+from importlib import metadata, util
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ..errors import InputError
+from .schema import ModelFile
+
+
+@cache
+def installed_models():
+    """``{name: path}`` of the model files of all packages in the entry-point group
+    ``corovec.models``."""
+    folders = [Path(util.find_spec(point.module).origin).parent
+               for point in metadata.entry_points(group="corovec.models")]
+    return {path.stem: path for folder in folders for path in sorted(folder.glob("*.toml"))}
+
+
+def find_model(model):
+    """The path of a model file that is given by its path or by the name of an installed one.
+
+    Raises:
+        InputError: it is neither.
+    """
+    names = installed_models()
+    if model in names:
+        return names[model]
+    if Path(model).suffix == ".toml":
+        return Path(model)
+    raise InputError(f"model '{model}' is unknown, must be the path of a .toml file or one of: "
+                     f"{', '.join(sorted(names))}")
+
+
+def read_model(path):
+    """The ``ModelFile`` at ``path``.
+
+    Raises:
+        InputError: it cannot be read, or has errors: all of them, each with its path in the file.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = tomllib.load(file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path} cannot be read: {reason}") from None
+    try:
+        return ModelFile.model_validate(data)
+    except ValidationError as errors:
+        lines = [f"{_place(data, error['loc'])}: {error['msg']}" for error in errors.errors()]
+        raise InputError(f"{path}: " + "; ".join(lines)) from None
+
+
+def calibrated_text(path, peak, calibration):
+    """The text of the model file at ``path`` with its free peak calibrated; comments are kept.
+
+    Args:
+        path: of a model file that has a history with a peak.
+        peak: the value that was found, in the unit of the old one.
+        calibration: ``Calibration`` that tells how.
+    """
+    import tomlkit
+    model, document = read_model(path), tomlkit.parse(path.read_text(encoding="utf-8"))
+    unit = model.histories[model.free_peak].peak.unit
+    found = tomlkit.inline_table()
+    found.update({"value": peak, "unit": unit, "provenance": "calibrated",
+                  "source": calibration.source})
+    document["histories"][model.free_peak]["peak"] = found
+    document["calibration"] = calibration.model_dump()
+    return tomlkit.dumps(document)
+
+
+def _place(data, loc):
+    """Where in the file an error is; a plain value has no ``value`` of its own."""
+    names = []
+    for k, name in enumerate(loc):
+        if name == "value" and k and not isinstance(data, dict):
+            continue
+        names.append(str(name))
+        try:
+            data = data[name]
+        except (KeyError, IndexError, TypeError):
+            data = {}
+    return ".".join(names) or "file"

@@ -1,0 +1,388 @@
+"""What a model file holds: parameters, geometry, meshes, histories and loads as data.
+
+A value is given plainly, ``thickness = 0.1`` in the unit that the code understands, or with where
+it comes from: ``thickness = { value = 0.1, unit = "m", provenance = "printed", source = "..." }``.
+"""
+
+from typing import Annotated, Generic, Literal, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    field_validator,
+    model_validator,
+)
+
+from ..errors import InputError
+from ..model.loads import NodalLoad, TimeFunction, line_load
+from ..model.mesh import block, join, line_nodes, node_at, sphere_segment
+from ..model.model import Model
+
+Provenance = Literal["printed", "derived", "assumed", "calibrated", "given"]
+Number = Annotated[float, Strict()]
+Positive = Annotated[float, Strict(), Field(gt=0.0)]
+Count = Annotated[int, Strict(), Field(gt=0)]
+Polar = Annotated[float, Strict(), Field(gt=0.0, lt=180.0)]
+Point = tuple[Number, Number, Number]
+Divisions = tuple[Count, Count]
+T = TypeVar("T")
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Sourced(_Strict, Generic[T]):
+    """A value with its unit, its provenance and where it comes from."""
+
+    value: T
+    unit: str
+    provenance: Provenance
+    source: str
+
+
+def _sourced(value, unit=""):
+    """A plain value as the table of a ``Sourced`` one."""
+    if isinstance(value, dict | Sourced):
+        return value
+    return {"value": value, "unit": unit, "provenance": "given", "source": ""}
+
+
+def _in(unit, kind):
+    """The type of a ``Sourced`` value in a unit, the only one that the code understands."""
+
+    def check(sourced):
+        if sourced.unit != unit:
+            raise ValueError(f"in '{sourced.unit}', must be in '{unit}'")
+        return sourced
+
+    return Annotated[Sourced[kind], BeforeValidator(lambda value: _sourced(value, unit)),
+                     AfterValidator(check)]
+
+
+class Parameters(_Strict):
+    thickness: _in("m", Positive)
+    youngs: _in("Pa", Positive)
+    poisson: _in("", Annotated[float, Strict(), Field(gt=-1.0, lt=0.5)])
+    density: _in("kg/m^3", Positive)
+
+
+class Block(_Strict):
+    corners: tuple[Point, Point, Point, Point]
+    divisions: Divisions
+
+
+class Sphere(_Strict):
+    """Segment of a sphere between two parallels, see ``sphere_segment``."""
+
+    radius: _in("m", Positive)
+    polar_angles: _in("deg", tuple[Polar, Polar])
+    divisions: _in("", Divisions)
+
+    @field_validator("polar_angles")
+    @classmethod
+    def _from_above(cls, angles):
+        if not angles.value[0] < angles.value[1]:
+            raise ValueError(f"the upper parallel comes first: {angles.value} must increase")
+        return angles
+
+
+class Geometry(_Strict):
+    """Flat blocks joined at coincident nodes, or a sphere segment."""
+
+    blocks: list[Block] = []
+    sphere: Sphere | None = None
+    unit: str | None = None
+    provenance: Provenance = "given"
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _one_kind(self):
+        if bool(self.blocks) == bool(self.sphere):
+            raise ValueError("either blocks or sphere is needed")
+        if self.blocks and self.unit not in ("m", None):
+            raise ValueError(f"blocks in '{self.unit}', must be in 'm'")
+        return self
+
+    @property
+    def divisions(self):
+        """Divisions of every block at refinement 1."""
+        return ([self.sphere.divisions.value] if self.sphere
+                else [block.divisions for block in self.blocks])
+
+    def mesh(self, refinement):
+        """Nodes, quads, exact normals (None for flat blocks)."""
+        fine = [(refinement * n, refinement * m) for n, m in self.divisions]
+        if self.sphere:
+            return sphere_segment(self.sphere.radius.value, self.sphere.polar_angles.value, *fine)
+        return *join([block(b.corners, d) for b, d in zip(self.blocks, fine)]), None
+
+    def rows(self):
+        kind = "sphere segment" if self.sphere else f"{len(self.blocks)} blocks"
+        unit = ("m" if self.blocks else "") if self.unit is None else self.unit
+        return [("geometry", kind, unit, self.provenance, self.source),
+                *((name, *_columns(sourced)) for name, sourced in self.sphere or ())]
+
+
+class Mesh(_Strict):
+    elements: Count
+    refinement: Count
+    provenance: Provenance = "given"
+
+
+class History(_Strict):
+    """Piecewise linear function of time: ``peak`` (1 if there is none) times ``values``."""
+
+    times: list[Number]
+    values: list[Number]
+    peak: Annotated[Sourced[Number], BeforeValidator(_sourced)] | None = None
+    unit: str = ""
+    provenance: Provenance = "given"
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _possible(self):
+        self.function()
+        return self
+
+    def function(self, factor=1.0):
+        """``TimeFunction`` of the history times ``factor``."""
+        factor *= self.peak.value if self.peak else 1.0
+        return TimeFunction(self.times, [factor * value for value in self.values])
+
+
+class Load(_Strict):
+    """A force at a point, or a force per length along the mesh line between two points."""
+
+    name: str
+    history: str
+    at: _in("m", Point) | None = None
+    line: _in("m", tuple[Point, Point]) | None = None
+    force: Sourced[Point]
+
+    @field_validator("force", mode="before")
+    @classmethod
+    def _plain(cls, force, info):
+        return _sourced(force, "N/m" if info.data.get("line") else "N")
+
+    @model_validator(mode="after")
+    def _one_place(self):
+        if bool(self.at) == bool(self.line):
+            raise ValueError("either at or line is needed")
+        return self
+
+    def nodal(self, nodes, quads, function):
+        """The load as ``NodalLoad`` s."""
+        if self.at:
+            return [NodalLoad(node_at(nodes, self.at.value), self.force.value, function)]
+        return line_load(nodes, line_nodes(nodes, quads, *self.line.value), self.force.value,
+                         function)
+
+
+class Paper(_Strict):
+    dt: _in("s", Positive)
+    steps: _in("", Count)
+
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self.dt.value * self.steps.value
+
+
+class Defaults(_Strict):
+    elements: Count
+    dt: Positive
+    end_time: Positive
+
+
+class Calibration(_Strict):
+    """How ``corovec calibrate`` fitted the peak of a history to a printed energy.
+
+    Attributes:
+        elements: the mesh, by its number of elements.
+        printed: its energy after unloading [J] as printed.
+        table: where it is printed.
+        dt: time step [s].
+        residual: of our energy, relative to the printed one.
+        dt_change: relative change of our energy at half the step.
+    """
+
+    elements: Count
+    printed: str
+    table: str
+    dt: Positive
+    residual: Number
+    dt_change: Number
+
+    @property
+    def source(self):
+        return (f"energy {self.printed} J of {self.elements} elements ({self.table}), which is no "
+                f"check any more; dt {self.dt:g} s, residual {self.residual:.0e}, at half the step "
+                f"{self.dt_change:+.0e}")
+
+
+class ModelFile(_Strict):
+    """A model as its file defines it.
+
+    Attributes:
+        name: of the model.
+        title: what it is, in words; by default its name.
+        paper: time step and number of steps of the paper; None if it is of no paper.
+        parameters: thickness and material.
+        geometry: blocks, or a segment of a sphere.
+        meshes: refinements of the geometry.
+        defaults: mesh, time step and end time of a run that is not told otherwise.
+        histories: functions of time, by name.
+        loads: forces at points and along lines.
+        points: places of interest, by name.
+        calibration: how the peak was found, if it is calibrated.
+    """
+
+    name: str
+    title: str = ""
+    paper: Paper | None = None
+    parameters: Parameters
+    geometry: Geometry
+    meshes: list[Mesh] = Field(min_length=1)
+    defaults: Defaults
+    histories: dict[str, History]
+    loads: list[Load]
+    points: dict[str, _in("m", Point)] = {}
+    calibration: Calibration | None = None
+
+    @field_validator("meshes")
+    @classmethod
+    def _numbers_of_elements(cls, meshes, info):
+        if "geometry" in info.data:
+            coarse = sum(n * m for n, m in info.data["geometry"].divisions)
+            for mesh in meshes:
+                if mesh.elements != coarse * mesh.refinement**2:
+                    raise ValueError(f"refinement {mesh.refinement} has "
+                                     f"{coarse * mesh.refinement**2} elements, not {mesh.elements}")
+        return meshes
+
+    @field_validator("defaults")
+    @classmethod
+    def _known_mesh(cls, defaults, info):
+        sizes = [mesh.elements for mesh in info.data.get("meshes", ())]
+        if sizes and defaults.elements not in sizes:
+            raise ValueError(f"no mesh of {defaults.elements} elements")
+        return defaults
+
+    @field_validator("loads")
+    @classmethod
+    def _known_histories(cls, loads, info):
+        known = info.data.get("histories")
+        unknown = [load for load in loads if known is not None and load.history not in known]
+        if unknown:
+            raise ValueError("; ".join(f"{load.name}: history '{load.history}' is not among "
+                                       f"{', '.join(known)}" for load in unknown))
+        for load in loads if known is not None else ():
+            history, wanted = known[load.history], "N" if load.at else "N/m"
+            units = [load.force.unit, history.unit, history.peak.unit if history.peak else ""]
+            if sorted(units) != ["", "", wanted]:
+                raise ValueError(f"{load.name}: force in '{units[0]}', history in '{units[1]}', "
+                                 f"peak in '{units[2]}': one must be in '{wanted}', the others "
+                                 "without unit")
+        return loads
+
+    @model_validator(mode="after")
+    def _on_the_mesh(self):
+        nodes, quads, _ = self.mesh(self.sizes[0])
+        where = "loads"
+        try:
+            self.loads_on(nodes, quads)
+            for name, point in self.points.items():
+                where = f"point {name}"
+                node_at(nodes, point.value)
+        except InputError as error:
+            raise ValueError(f"{where}: {error}") from None
+        return self
+
+    @model_validator(mode="after")
+    def _calibrated_peak(self):
+        kinds = [history.peak.provenance for history in self.histories.values() if history.peak]
+        if self.calibration and "calibrated" not in kinds:
+            raise ValueError("calibration: no history has a peak that is calibrated")
+        return self
+
+    @property
+    def heading(self):
+        """The title, or the name where there is none."""
+        return self.title or self.name
+
+    @property
+    def sizes(self):
+        """Element numbers of the model's meshes, ascending."""
+        return tuple(sorted(mesh.elements for mesh in self.meshes))
+
+    @property
+    def free_peak(self):
+        """Name of the history with a peak of its own, the one number to calibrate; or None."""
+        return next((name for name, h in self.histories.items() if h.peak), None)
+
+    def mesh(self, elements):
+        """Nodes, quads and exact normals (or None) of the mesh with ``elements`` elements.
+
+        Raises:
+            InputError: no such mesh.
+        """
+        mesh = next((mesh for mesh in self.meshes if mesh.elements == elements), None)
+        if mesh is None:
+            raise InputError(f"model {self.name} has no mesh of {elements} elements, must be one "
+                             f"of: {', '.join(map(str, self.sizes))}")
+        return self.geometry.mesh(mesh.refinement)
+
+    def loads_on(self, nodes, quads, factor=1.0):
+        """The loads, times ``factor``, as ``NodalLoad`` s of a mesh.
+
+        Raises:
+            InputError: a load point or line that the mesh does not have.
+        """
+        functions = {name: h.function(factor) for name, h in self.histories.items()}
+        loads = []
+        for load in self.loads:
+            try:
+                loads += load.nodal(nodes, quads, functions[load.history])
+            except InputError as error:
+                raise InputError(f"model {self.name}, load {load.name}: {error}") from None
+        return loads
+
+    def model(self, elements, load_factor=1.0, **options):
+        """``Model`` of the mesh with ``elements`` elements; options as of Model.
+
+        Raises:
+            InputError: no such mesh, or as of ``loads_on``.
+        """
+        nodes, quads, normals = self.mesh(elements)
+        values = {name: sourced.value for name, sourced in self.parameters}
+        return Model(nodes, quads, loads=self.loads_on(nodes, quads, load_factor),
+                     normals=normals, **values, **options)
+
+    def provenance(self):
+        """Rows (parameter, value, unit, provenance, source) of everything the file defines."""
+        rows = [(name, *_columns(s)) for name, s in self.parameters]
+        rows += self.geometry.rows()
+        rows += [(f"mesh {m.elements}", f"refinement {m.refinement}", "", m.provenance, "")
+                 for m in self.meshes]
+        for name, h in self.histories.items():
+            shape = list(zip(h.times, h.values))
+            rows.append((f"{name}(t)", shape, h.unit, h.provenance, h.source))
+            if h.peak:
+                rows.append((f"peak of {name}(t)", *_columns(h.peak)))
+        for load in self.loads:
+            rows.append((load.name, *_columns(load.force)))
+            rows.append((load.name + (" acts at" if load.at else " acts along"),
+                         *_columns(load.at or load.line)))
+        rows += [(f"point {name}", *_columns(s)) for name, s in self.points.items()]
+        rows += [(f"paper's {name}", *_columns(s)) for name, s in self.paper or ()]
+        return rows
+
+
+def _columns(sourced):
+    value = list(sourced.value) if isinstance(sourced.value, tuple) else sourced.value
+    return value, sourced.unit, sourced.provenance, sourced.source
