@@ -15,9 +15,8 @@ from corovec import Settings, make_scheme, simulate
 from corovec.benchmarks import load_case
 from corovec.solver.dynamics.newton import NewtonRule
 from corovec.solver.system.system import System
-from corovec.verification.element_oracle import relative
-from corovec.verification.helpers import full_matrix, no_loads
-from corovec.verification.suites.kernel import newton, step_jacobian
+from corovec.verification.helpers import full_matrix, no_loads, relative
+from corovec.verification.jacobian import newton, step_jacobian
 
 from .measure import Stepper
 from .solvers import make_system

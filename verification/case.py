@@ -27,15 +27,16 @@ class Row:
 
     Attributes:
         name: what the number is.
-        value: ours; reference: the number to compare with.
+        value: ours.
+        reference: the number to compare with.
         kind: where the reference comes from, one of ``KINDS``.
         tolerance: largest |value - reference| allowed, in the unit of ``scale``.
         scale: what differences are divided by; the size of the reference if left out.
         reason: why the tolerance is what it is.
         target: for a reference that is another element's result: the exact value both approximate;
             a value nearer to it than the reference is ``better``.
-        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``
-        covers: as long as |difference| is not larger than this.
+        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``.
+        covers: largest |difference| that the explanation covers.
         above: the value must be at least the reference (for baselines that must fail).
         fitted: the value was calibrated to the reference, so that agreement proves nothing.
     """
@@ -88,11 +89,13 @@ class Case:
     """One verification case.
 
     Attributes:
-        name: how it is called on the command line; suite: which suite it belongs to.
+        name: how it is called on the command line.
+        suite: which suite it belongs to.
         claim: what it shows.
         source: author, year, table or figure of the references.
         definition: geometry, material, loads and supports in words.
-        run: makes the rows; a function that can be pickled, for worker processes.
+        run: makes the rows: returns or yields them; a function that can be pickled, for worker
+            processes.
         slow: takes more than some seconds; run by ``corovec verify``, not by the tests.
     """
 

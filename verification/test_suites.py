@@ -1,13 +1,16 @@
 """Every quick verification case, asserted; and the command that runs them all."""
 
 import json
+from dataclasses import replace
+from functools import partial
 
 import pytest
 
-from corovec.verification.case import OK, Row
+from corovec.solver.runtime.execution import complete, processes
+from corovec.verification.case import OK, Case, Row, small
 from corovec.verification.helpers import corovec
 from corovec.verification.mutants import deviating_rows
-from corovec.verification.registry import CASES
+from corovec.verification.registry import CASES, run_case
 from corovec.verification.suites import mutants
 
 
@@ -15,7 +18,7 @@ from corovec.verification.suites import mutants
                          ids=lambda case: case.name)
 def test_case(case):
     """No row deviates without an explanation."""
-    rows = case.run()
+    rows = list(case.run())
     assert rows
     wrong = [f"{row.name}: {row.value:g} against {row.reference:g}, {row.verdict}"
              for row in rows if row.verdict not in OK]
@@ -33,6 +36,20 @@ def test_a_mutant_is_caught():
     """One of them here; `corovec verify mutants` runs them all."""
     mutant = next(m for m in mutants.ELEMENT if m.killers == ("thick-beam",))
     assert deviating_rows(mutant, "thick-beam") == 1
+
+
+def yielded(n):
+    """Rows of a case that yields them."""
+    for k in range(n):
+        yield small(f"row {k}", 0.0, 1e-9, "rounding")
+
+
+def test_a_case_may_yield_its_rows():
+    """As many as it yields; they go through a worker process, and an error ends the case."""
+    case = Case("yields", "own", "nothing", "own", "nothing", partial(yielded, 3))
+    ((_, outcome, error),) = complete(processes(1), run_case, [case])
+    assert error is None and [row.name for row in outcome.rows] == ["row 0", "row 1", "row 2"]
+    assert "TypeError" in run_case(replace(case, run=partial(yielded, None))).error
 
 
 def test_names_are_unique():
