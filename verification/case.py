@@ -79,6 +79,12 @@ class Row:
         explained = self.explanation and abs(self.difference) <= self.covers
         return "deviates (explained)" if explained else "deviates (open)"
 
+    def __str__(self):
+        relative = self.scale is None and self.reference != 0.0
+        difference = f"{self.difference:+.2%}" if relative else f"{self.difference:+.2e}"
+        return (f"{self.name:<64} {self.value:>12.6g} {self.reference:>12.6g} {difference:>9}  "
+                f"{self.verdict}")
+
     def as_dict(self):
         return {**asdict(self), "value": float(self.value), "reference": float(self.reference),
                 "difference": self.difference, "verdict": self.verdict}

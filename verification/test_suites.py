@@ -6,11 +6,10 @@ from functools import partial
 
 import pytest
 
-from corovec.solver.runtime.execution import complete, processes
 from corovec.verification.case import OK, Case, Row, small
 from corovec.verification.helpers import corovec
 from corovec.verification.mutants import deviating_rows
-from corovec.verification.registry import CASES, run_case
+from corovec.verification.registry import CASES, make_report, run_case
 from corovec.verification.suites import mutants
 
 
@@ -45,10 +44,12 @@ def yielded(n):
 
 
 def test_a_case_may_yield_its_rows():
-    """As many as it yields; they go through a worker process, and an error ends the case."""
+    """All are there however often they are read, and an error on the way ends the case."""
     case = Case("yields", "own", "nothing", "own", "nothing", partial(yielded, 3))
-    ((_, outcome, error),) = complete(processes(1), run_case, [case])
-    assert error is None and [row.name for row in outcome.rows] == ["row 0", "row 1", "row 2"]
+    outcome = run_case(case)
+    assert outcome.deviations == 0 and len(outcome.rows) == 3
+    rows = make_report([outcome], "2000-01-01", True)["cases"][0]["rows"]
+    assert [row["name"] for row in rows] == ["row 0", "row 1", "row 2"]
     assert "TypeError" in run_case(replace(case, run=partial(yielded, None))).error
 
 
