@@ -1,14 +1,19 @@
 """What the paper claims with its figures, of runs as they are recorded.
 
 The curves themselves are lost, and so are those of other authors; what the text says of a figure
-can be checked: that something stays constant, agrees between meshes, or swings equally far.
+can be checked: that something stays constant, agrees between meshes, or swings equally far.  Which
+of these a figure claims stands in ``printed.toml``.
 """
+
+import datetime
 
 import numpy as np
 
+from corovec import InputError, read
 from corovec.benchmarks import load_case
 from corovec.solver.dynamics.simulation import drift, total_energy, unloaded_row
 from corovec.solver.model.mesh import node_at
+from corovec.solver.runtime.provenance import commit, machine, versions
 from corovec.verification.case import Row, at_least, small
 
 from .study import printed_results
@@ -28,28 +33,59 @@ MESHES = 0.05
 
 
 def claims(case, runs):
-    """``{figure: rows}`` of a case.
+    """Rows of everything that the paper claims with the figures of a case.
 
     Args:
-        case: its name; runs: ``{elements: contents}`` of ``read``.
+        case: its name.
+        runs: ``{elements: contents}`` of ``read``, perhaps none.
+
+    Returns:
+        ``{figure: rows}``, without rows where they need runs and there are none.
     """
-    finest = runs[max(runs)]
-    energy, linear, angular, printed = _conserved(finest)
-    level = [*_level(case, finest)]
-    energy = [*level, energy]
-    if case == "l-plate":
-        return {"Figure 3": [*energy, linear, angular, printed],
-                "Figure 4": _paths(case, runs, "S"), "Figure 6": energy}
-    if case == "ruler":
-        return {"Figure 8": [*energy, linear, angular, printed], "Figure 9": energy}
-    if case == "hemisphere":
-        return {"Figure 11": energy, "Figure 13": energy}
-    return {"Figure 15": energy, "Figure 16a": [*level, linear],
-            "Figure 16b": [*level, angular, printed], "Figure 17": energy}
+    claimed = (printed_results(case) or {}).get("claims", {})
+    return {figure: [row for name in names for row in _CLAIMS[name](case, runs)]
+            for figure, names in claimed.items()}
 
 
-def mesh_claims(case):
-    """Rows of the numbers of nodes that the paper's text prints for meshes of a case."""
+def open_runs(case, paths):
+    """``{elements: contents}`` of the result files of finished runs of a case.
+
+    Raises:
+        ResultFileError: a file is missing or damaged.
+        InputError: a file is of another case or not finished, or two are of one mesh.
+    """
+    runs = {}
+    for path in paths:
+        contents = read(path)
+        description = contents["description"]
+        if description["case"] != case or "time" not in contents["history"].dtype.names:
+            raise InputError(f"{path} is no run of {case}")
+        if contents["step"] != contents["n_steps"]:
+            raise InputError(f"{path} is not finished")
+        if description["elements"] in runs:
+            raise InputError(f"{path} is a second run of {description['elements']} elements")
+        runs[description["elements"]] = contents
+    return runs
+
+
+def as_json(case, runs, found):
+    """What ``claims`` ``found``, with where it comes from, as one object of plain values."""
+    return {"case": case, "date": datetime.datetime.now().isoformat(timespec="seconds"),
+            "commit": commit(), "versions": versions(), "machine": machine(),
+            "runs": [{name: contents["description"][name] for name in
+                      ("elements", "settings", "versions", "machine")}
+                     for _, contents in sorted(runs.items())],
+            "figures": {figure: [row.as_dict() for row in rows]
+                        for figure, rows in found.items()}}
+
+
+def _finest(check):
+    """The maker of the row of ``check(case, contents)`` for the finest of the runs, if any."""
+    return lambda case, runs: check(case, runs[max(runs)]) if runs else ()
+
+
+def _nodes(case, runs):
+    """The numbers of nodes that the paper's text prints for meshes of a case."""
     definition = load_case(case)
     for elements, nodes in printed_results(case).get("nodes", {}).items():
         yield Row(f"{elements} elements: nodes", float(len(definition.mesh(int(elements))[0])),
@@ -57,7 +93,7 @@ def mesh_claims(case):
 
 
 def _level(case, contents):
-    """The row of the energy at which curves run on, and with which motions go on, if printed."""
+    """The energy at which curves run on, and with which motions go on, if it is printed."""
     printed, description = printed_results(case), contents["description"]
     elements = description["elements"]
     if elements in printed["elements"]:
@@ -70,36 +106,56 @@ def _level(case, contents):
                   covers=ASSUMED, fitted=load_case(case).calibration is not None)
 
 
-def _conserved(contents):
-    """Rows of energy and momenta since unloading, and of the angular momentum as printed."""
+def _energy(case, contents):
+    changes, when = _changes(contents)
+    yield small(f"energy drift, {when}", changes.energy, LINE, "a line's width in a figure")
+
+
+def _linear(case, contents):
+    changes, when = _changes(contents)
+    yield small(f"linear momentum drift, {when}", changes.linear_momentum, ROUNDING, "rounding")
+
+
+def _angular(case, contents):
+    """The angular momentum of the consistent mass, and as printed."""
+    changes, when = _changes(contents)
+    yield small(f"angular momentum drift, {when}", changes.angular_momentum, ANGULAR,
+                "of second order in dt")
+    yield at_least(f"angular momentum as printed (one sum over nodes): change, {when}",
+                   changes.angular_momentum_printed, OSCILLATES,
+                   "it is not what the equations of motion conserve")
+
+
+def _changes(contents):
+    """Drifts since unloading, and in words from when to when."""
     description, history = contents["description"], contents["history"]
-    changes = drift(history, description["unloaded_at"], description["supported"])
     when = (f"{description['elements']} elements, {description['unloaded_at']:g} to "
             f"{history['time'][-1]:g} s, dt = {description['settings']['dt']:g} s")
-    return (small(f"energy drift, {when}", changes.energy, LINE, "a line's width in a figure"),
-            small(f"linear momentum drift, {when}", changes.linear_momentum, ROUNDING, "rounding"),
-            small(f"angular momentum drift, {when}", changes.angular_momentum, ANGULAR,
-                  "of second order in dt"),
-            at_least(f"angular momentum as printed (one sum over nodes): change, {when}",
-                     changes.angular_momentum_printed, OSCILLATES,
-                     "it is not what the equations of motion conserve"))
+    return drift(history, description["unloaded_at"], description["supported"]), when
 
 
-def _paths(case, runs, point):
-    """Rows of the distance between a point's paths on the meshes and on the finest."""
-    finest = max(runs)
-    reference = _path(case, runs[finest], point)
-    extent = np.linalg.norm(np.ptp(runs[finest]["nodes"], axis=0))
-    for elements in sorted(runs)[:-1]:
-        path = _path(case, runs[elements], point)
-        apart = np.linalg.norm(path - reference, axis=1).max() / extent
-        yield Row(f"{point}, {elements} elements: farthest from {finest} elements, relative to the "
-                  "shell", apart, 0.0, "converged", MESHES, "what a figure shows as agreement",
-                  scale=1.0, explanation="energies that differ by the mesh make phases that differ "
-                  "by ever more: half of the shell is where a comparison ends", covers=0.5)
+def _paths(case, runs):
+    """The distance between the paths of each point of a case on the meshes and on the finest."""
+    for point in load_case(case).points if runs else ():
+        finest = max(runs)
+        reference = _path(case, runs[finest], point)
+        extent = np.linalg.norm(np.ptp(runs[finest]["nodes"], axis=0))
+        for elements in sorted(runs)[:-1]:
+            path = _path(case, runs[elements], point)
+            apart = np.linalg.norm(path - reference, axis=1).max() / extent
+            yield Row(f"{point}, {elements} elements: farthest from {finest} elements, relative to "
+                      "the shell", apart, 0.0, "converged", MESHES, "what a figure shows as "
+                      "agreement", scale=1.0, explanation="energies that differ by the mesh make "
+                      "phases that differ by ever more: half of the shell is where a comparison "
+                      "ends", covers=0.5)
 
 
 def _path(case, contents, point):
     """Displacements of a point of a case in all frames (n, 3) [m]."""
     node = node_at(contents["nodes"], load_case(case).points[point].value)
     return contents["displacement"][:, node]
+
+
+_CLAIMS = {"nodes": _nodes, "level": _finest(_level), "energy": _finest(_energy),
+           "linear momentum": _finest(_linear), "angular momentum": _finest(_angular),
+           "paths": _paths}

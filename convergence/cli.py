@@ -1,4 +1,4 @@
-"""Commands ``corovec converge`` and ``corovec calibrate``."""
+"""Commands ``corovec converge``, ``corovec claims`` and ``corovec calibrate``."""
 
 import json
 import sys
@@ -67,6 +67,45 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     if as_json:
         click.echo(json.dumps(reports))
     if not good:
+        sys.exit(1)
+
+
+@click.command("claims")
+@click.argument("case")
+@click.argument("files", metavar="[FILE]...", nargs=-1, type=click.Path(dir_okay=False))
+@click.option("--output", type=click.Path(dir_okay=False), help="File of the verdicts (JSON).")
+@click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print the verdicts as one JSON object.")
+def claim(case, files, output, overwrite, as_json):
+    """What the paper claims with the figures of CASE, checked on the result FILES of its runs.
+
+    One FILE a mesh, each of a finished run with frames.  Exit status 1 if a row deviates without an
+    explanation; a printed number that does is a finding.
+
+    \b
+    Examples:
+      corovec run l-plate --elements 30 --dt 0.01 --end-time 20 --output l30.h5
+      corovec claims l-plate l30.h5
+    """
+    from corovec.benchmarks import load_case
+    from corovec.solver.results.recorder import replacing, writable_path
+
+    from .claims import as_json as to_json
+    from .claims import claims, open_runs
+    path = writable_path(output, overwrite) if output is not None else None
+    load_case(case)
+    runs = open_runs(case, files)
+    found = claims(case, runs)
+    report = to_json(case, runs, found)
+    if path is not None:
+        with replacing(path) as partial:
+            partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    if as_json:
+        click.echo(json.dumps(report))
+    for figure, rows in found.items() if not as_json else ():
+        click.echo("\n".join([figure, *(f"  {row}" for row in rows)]))
+    if any(row.verdict == "deviates (open)" and row.kind != "published"
+           for rows in found.values() for row in rows):
         sys.exit(1)
 
 

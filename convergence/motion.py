@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import periodogram
 
 from corovec.solver.model.mesh import node_at
-from corovec.verification.suites.benchmarks import asymmetry
+from corovec.verification.symmetry import asymmetry
 
 from .rates import log_log_fit, semi_log_fit
 

@@ -5,7 +5,7 @@ import pytest
 from corovec import Settings, line_load, load_control, simulate
 from corovec.benchmarks import load_case
 from corovec.reports.recording import Recording
-from corovec.verification.suites.nonlinear import strip
+from corovec.verification.shells import strip
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,12 @@
-"""The paper's figures: what each shows, how it is drawn, and which are the same picture."""
+"""The paper's figures: what each shows, how it is drawn, and which are the same picture.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+Which benchmarks and figures there are, and their order, stands in ``drawings.toml``.
+"""
+
+import tomllib
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -9,22 +14,101 @@ from corovec.convergence.study import printed_results
 
 from . import figures
 
+DRAWINGS = Path(__file__).with_name("drawings.toml")
+
 
 @dataclass(frozen=True)
 class Drawing:
     """One picture of the page.
 
     Attributes:
-        name: of its files; figure: of the paper, as ``Figure 3``; title: caption.
-        draw: makes (Figure, DataFrame) from ``Sources``; dense: a picture of many polygons,
-            shown as PNG.
+        name: of its files.
+        title: caption.
+        kind: one of ``KINDS``.
+        options: of that kind.
     """
 
     name: str
-    figure: str
     title: str
-    draw: Callable
-    dense: bool = False
+    kind: str
+    options: dict = field(default_factory=dict)
+
+    @property
+    def dense(self):
+        """Whether it is a picture of many polygons, shown as PNG."""
+        return self.kind == "motion"
+
+    def available(self, sources):
+        """Whether what it is made from is there."""
+        needs = KINDS[self.kind][1]
+        return needs is None or bool(getattr(sources, needs))
+
+    def draw(self, sources):
+        """(Figure, DataFrame) from ``Sources``."""
+        return KINDS[self.kind][0](sources, **self.options)
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure of the paper.
+
+    Attributes:
+        label: as ``Figure 3``.
+        drawings: ``Drawing`` s that show it.
+        topic: what it is about, in few words.
+        halves: ``{letter: topic}`` where each half has a verdict of its own.
+        lost: curves of other authors, whose data is lost and which are not redrawn.
+        not_reproducible: why its picture cannot be the paper's; empty if it can.
+        of_study: rows of the convergence study that are its verdict, by what is in their names.
+    """
+
+    label: str
+    drawings: tuple
+    topic: str = ""
+    halves: dict = field(default_factory=dict)
+    lost: str = ""
+    not_reproducible: str = ""
+    of_study: tuple = ()
+
+    @property
+    def verdicts(self):
+        """``{label: topic}`` of what has a verdict."""
+        return {self.label + letter: topic for letter, topic in self.halves.items()} or {
+            self.label: self.topic}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A benchmark of the page.
+
+    Attributes:
+        name: of its file.
+        short: its title, in few words.
+        figures: ``PaperFigure`` s.
+    """
+
+    name: str
+    short: str
+    figures: tuple
+
+    @property
+    def verdicts(self):
+        """``{label: (PaperFigure, topic)}`` of everything that has a verdict."""
+        return {label: (figure, topic) for figure in self.figures
+                for label, topic in figure.verdicts.items()}
+
+
+@cache
+def benchmarks():
+    """``{name: Shown}`` of all benchmarks of the page, in its order."""
+    with open(DRAWINGS, "rb") as file:
+        return {name: Shown(name, entry["short"], tuple(map(_figure, entry["figures"])))
+                for name, entry in tomllib.load(file).items()}
+
+
+def _figure(entry):
+    return PaperFigure(**{**entry, "drawings": tuple(Drawing(**drawing)
+                                                     for drawing in entry["drawings"])})
 
 
 @dataclass(frozen=True)
@@ -32,8 +116,9 @@ class Sources:
     """What the drawings of a case are made from.
 
     Attributes:
-        case: its definition; recordings: ``Recording`` s of its runs, the
-            coarsest first, perhaps none; study: contents of ``study.json`` or None.
+        case: its definition.
+        recordings: ``Recording`` s of its runs, the coarsest first, perhaps none.
+        study: contents of ``study.json`` or None.
     """
 
     case: object
@@ -45,20 +130,13 @@ class Sources:
         return self.recordings[-1]
 
 
-def available(drawing, sources):
-    """Whether what a drawing is made from is there."""
-    if drawing.draw is _mesh:
-        return True
-    return sources.study is not None if drawing.draw is _rates else bool(sources.recordings)
-
-
 def _mesh(sources):
     case = sources.case
     return figures.mesh_and_loads(case.model(case.defaults.elements), case)
 
 
-def _energies(end=None):
-    return lambda sources: figures.energies(sources.finest.history, sources.finest.unloaded_at, end)
+def _energies(sources, end=None):
+    return figures.energies(sources.finest.history, sources.finest.unloaded_at, end)
 
 
 def _momenta(sources):
@@ -69,14 +147,12 @@ def _total(sources):
     return figures.total_energies(sources.recordings)
 
 
-def _points(components=None):
-    def draw(sources):
-        points = {name: point.value for name, point in sources.case.points.items()}
-        return figures.displacements(sources.recordings, points, components)
-    return draw
+def _displacements(sources, components=None):
+    points = {name: point.value for name, point in sources.case.points.items()}
+    return figures.displacements(sources.recordings, points, components)
 
 
-def _rates(sources):
+def _convergence(sources):
     """Errors by the paper's rule, finest mesh as reference: printed and ours."""
     study, printed = sources.study, printed_results(sources.case.name)
     slopes = next(row for row in study["summary"] if row["quantity"].startswith("slope"))
@@ -92,67 +168,15 @@ def _rates(sources):
                                      ("ours", "error", "ours")))])
 
 
-def _motion(end, count):
-    """Sequence at ``count`` + 1 instants until ``end`` [s], those that are recorded."""
-    def draw(sources):
-        times = np.linspace(0.0, end, count + 1)
-        last = sources.finest.times[-1] * (1.0 + 1e-9)
-        return figures.sequence(sources.finest, times[times <= last])
-    return draw
+def _motion(sources, end, intervals):
+    """Sequence at ``intervals`` + 1 instants until ``end`` [s], those that are recorded."""
+    times = np.linspace(0.0, end, intervals + 1)
+    last = sources.finest.times[-1] * (1.0 + 1e-9)
+    return figures.sequence(sources.finest, times[times <= last])
 
 
-MESH = "Mesh, loads and their functions of time"
-
-DRAWINGS = {
-    "l-plate": (
-        Drawing("figure-02", "Figure 2", MESH, _mesh),
-        Drawing("figure-03a", "Figure 3", "Energies", _energies()),
-        Drawing("figure-03bc", "Figure 3", "Linear and angular momentum", _momenta),
-        Drawing("figure-03d", "Figure 3", "Total energy, mesh by mesh", _total),
-        Drawing("figure-04", "Figure 4", "Displacements of S, mesh by mesh", _points()),
-        Drawing("figure-05", "Figure 5", "Error of the energy after unloading against the number "
-                "of elements; slopes are over its root, as along an edge", _rates),
-        Drawing("figure-06", "Figure 6", "Motion over 20 s, 1 s apart", _motion(20.0, 20), True)),
-    "ruler": (
-        Drawing("figure-07", "Figure 7", MESH, _mesh),
-        Drawing("figure-08a", "Figure 8", "Energies", _energies()),
-        Drawing("figure-08bc", "Figure 8", "Linear and angular momentum", _momenta),
-        Drawing("figure-09", "Figure 9", "Motion over 0.4 s, 0.01 s apart", _motion(0.4, 40),
-                True)),
-    "hemisphere": (
-        Drawing("figure-10", "Figure 10", MESH, _mesh),
-        Drawing("figure-11a", "Figure 11", "Energies", _energies()),
-        Drawing("figure-11b", "Figure 11", "Energies until 0.1 s", _energies(0.1)),
-        Drawing("figure-12", "Figure 12", "Displacements of A in X and of B in Y",
-                _points({"A": "x", "B": "y"})),
-        Drawing("figure-13", "Figure 13", "Motion over 0.11 s, 0.01 s apart", _motion(0.11, 11),
-                True)),
-    "plates": (
-        Drawing("figure-14", "Figure 14", MESH, _mesh),
-        Drawing("figure-15", "Figure 15", "Energies", _energies()),
-        Drawing("figure-16", "Figure 16", "Linear momentum (a); angular momentum by both "
-                "definitions (b)", _momenta),
-        Drawing("figure-17", "Figure 17", "Motion over 14 s, 1 s apart", _motion(14.0, 14),
-                True))}
-
-TOPICS = {
-    "Figure 2": "mesh, loads", "Figure 3": "energies, momenta", "Figure 4": "displacements",
-    "Figure 5": "convergence", "Figure 6": "motion", "Figure 7": "mesh, loads",
-    "Figure 8": "energies, momenta", "Figure 9": "motion", "Figure 10": "mesh, loads",
-    "Figure 11": "energies", "Figure 12": "displacements", "Figure 13": "motion",
-    "Figure 14": "mesh, loads", "Figure 15": "energies", "Figure 16a": "linear momentum",
-    "Figure 16b": "angular momentum", "Figure 17": "motion"}
-"""What each figure is about, in few words; Figure 16 has a verdict for each of its halves."""
-
-LOST = {
-    "Figure 3": "curve of Lavrenčič and Brank, [73] of the paper",
-    "Figure 8": "curves of Kuhl and Ramm, [72], and of Yang and Xia, [66]",
-    "Figure 15": "curve of Chróścielewski and Witkowski, [77]",
-}
-"""Curves of other authors in the paper's figures: their data is lost, they are not redrawn."""
-
-
-def figures_of(case):
-    """The figures of a case that have a verdict."""
-    drawn = dict.fromkeys(drawing.figure for drawing in DRAWINGS[case])
-    return [name for name in TOPICS if name in drawn or name.rstrip("ab") in drawn]
+KINDS = {"mesh": (_mesh, None), "energies": (_energies, "recordings"),
+         "momenta": (_momenta, "recordings"), "total energies": (_total, "recordings"),
+         "displacements": (_displacements, "recordings"), "convergence": (_convergence, "study"),
+         "motion": (_motion, "recordings")}
+"""How each kind is drawn, and the one of the ``Sources`` that it needs."""

@@ -13,18 +13,16 @@ from types import SimpleNamespace
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from corovec.benchmarks import load_case
-from corovec.convergence.claims import claims, mesh_claims
 from corovec.convergence.study import printed_results
 from corovec.convergence.verdicts import assumptions
 from corovec.solver.results.files import replacing
 from corovec.solver.runtime.execution import complete, processes
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
-from corovec.timing.tables import TABLES
-from corovec.timing.verdicts import verdicts as timing_verdicts
+from corovec.timing.tables import TABLE_OF, TABLES
 from corovec.verification.registry import CASES as VERIFICATION
 
 from . import figures, tables
-from .drawings import DRAWINGS, LOST, TOPICS, Sources, available, figures_of
+from .drawings import Sources, benchmarks
 from .parts import Lack, Results, plan, status, suite_names
 from .player import packed_text, player
 from .style import targets
@@ -32,23 +30,11 @@ from .tables import Cell, worst
 
 FINDINGS = Path(__file__).with_name("findings.toml")
 
-CASES = ("l-plate", "ruler", "hemisphere", "plates")
-"""In the order of the paper's section 4."""
-
-TIMES = dict(zip(CASES, TABLES))
-"""The table of CPU times of each case."""
-
-SHORT = {"l-plate": "L-plate", "ruler": "ruler", "hemisphere": "hemisphere",
-         "plates": "three plates"}
-
 SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacNeal-Harder",
           "nonlinear": "Sze, Liu and Lo", "rotations": "1000 turns",
           "dynamics": "order, frequencies", "junctions": "folds", "benchmarks": "symmetry",
           "mutants": "wrong variants"}
 """What the verification suites are about, in a few words."""
-
-OF_STUDY = {"Figure 5": ("slope", "R squared"), "Figure 12": ("Fig. 12",)}
-"""Figures whose verdicts are rows of the convergence study, by what is in their names."""
 
 PIXELS = 110
 """Pixels of the page for an inch of a picture."""
@@ -71,7 +57,7 @@ def build(size, folder, jobs=1):
     results = Results(size, folder)
     cases = _cases(partial(_case, size=size, folder=folder), jobs)
     suites = [_suite(suite, results) for suite in suite_names()]
-    environment = Environment(loader=PackageLoader("corovec.reports"), undefined=StrictUndefined,
+    environment = Environment(loader=PackageLoader(__package__), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(
@@ -91,55 +77,65 @@ def build(size, folder, jobs=1):
 
 def _cases(case, jobs):
     """``case(name)`` of all cases."""
+    names = list(benchmarks())
     if jobs == 1:
-        return [case(name) for name in CASES]
+        return [case(name) for name in names]
     made = {}
-    for name, shown, error in complete(processes(jobs), case, CASES):
+    for name, shown, error in complete(processes(jobs), case, names):
         if error is not None:
             raise error
         made[name] = shown
-    return [made[name] for name in CASES]
+    return [made[name] for name in names]
 
 
 def _case(name, size, folder):
     """Everything that the page shows of a case; writes its figures."""
-    definition, results = load_case(name), Results(size, folder)
+    shown, definition, results = benchmarks()[name], load_case(name), Results(size, folder)
     study, no_study = results.read(f"converge-{name}")
-    timing, no_timing = results.read(f"time-{TIMES[name]}")
     recordings, no_runs = _recordings(name, size, results)
-    broken = [Lack("failed", run["error"]) for run in study["runs"]
+    failed = [Lack("failed", run["error"]) for run in study["runs"]
               if run["status"] == "failed"] if study else []
     sources = Sources(definition, recordings, study)
-    claimed = _claims(name, recordings, no_runs, study, no_study)
-    printed = printed_results(name)
-    time_rows = [row.as_dict() for row in timing_verdicts(
-        timing["tables"][f"{TIMES[name]}-ratios"])] if timing else []
+    claimed = _claims(shown, results, no_runs, study, no_study)
+    printed, timed = printed_results(name), _times(shown, results)
     energy_rows = [row for row in study["verdicts"] if row["kind"] == "published"] if study else []
     promise_rows = [row for row in study["verdicts"] if row["kind"] != "published"] if study else []
-    rows = [*energy_rows, *promise_rows, *time_rows,
+    rows = [*energy_rows, *promise_rows, *(timed.rows if timed else ()),
             *(row for claim in claimed.values() for row in claim.rows)]
     return SimpleNamespace(
-        name=name, short=SHORT[name], flight=definition.paper.time,
-        title=tables.case_titles()[name],
+        name=name, short=shown.short, flight=definition.paper.time,
+        lost={figure.label: figure.lost for figure in shown.figures if figure.lost},
+        title=tables.case_title(definition),
         rows=list({str(row): row for row in rows}.values()),
         section=definition.title.partition("(")[2][:11],
-        assumptions=assumptions(definition), counts=tables.provenance_counts(name),
-        provenance=tables.provenance(name), claims=claimed,
-        lacks=SimpleNamespace(study=no_study + broken, runs=no_runs, timing=no_timing),
-        figures=[_figure(label, sources, claimed, folder / "page" / "figures")
-                 for label in dict.fromkeys(drawing.figure for drawing in DRAWINGS[name])],
-        energies=tables.energies(study, printed), rates=tables.rates(study) if study else None,
-        energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {SHORT[name]}"),
-        promise_cell=_cell(SHORT[name], promise_rows, no_study + broken,
+        assumptions=assumptions(definition), counts=tables.provenance_counts(definition),
+        provenance=tables.provenance(definition), claims=claimed,
+        lacks=SimpleNamespace(study=no_study + failed, runs=no_runs),
+        figures=[_figure(figure, sources, claimed, folder / "page" / "figures")
+                 for figure in shown.figures],
+        energies=tables.energies(study, printed) if printed else None,
+        rates=tables.rates(study) if study else None,
+        energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {shown.short}")
+        if printed else None,
+        promise_cell=_cell(shown.short, promise_rows, no_study + failed,
                            "step, drift, damping", f"#{name}-study"),
         study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"])
-        if study else None,
-        times=tables.times(TIMES[name], timing),
-        ratios=tables.ratios(TIMES[name], timing) if timing else None,
-        time_cell=_cell(TABLES[TIMES[name]], time_rows, no_timing, f"CPU time, {SHORT[name]}"),
-        commands=[f"corovec converge {name} --size {size}", f"corovec time {TIMES[name]}"],
+        if study else None, timed=timed, command=f"corovec converge {name} --size {size}",
         run=recordings[-1].contents["description"] if recordings else None,
         player=player(recordings[-1]) if recordings else None)
+
+
+def _times(shown, results):
+    """The table of CPU times of a case, its ratios and its cell; None if the paper has none."""
+    if shown.name not in TABLE_OF:
+        return None
+    name = TABLE_OF[shown.name]
+    timing, lacks = results.read(f"time-{name}")
+    rows = timing["tables"][f"{name}-verdicts"] if timing else []
+    return SimpleNamespace(
+        rows=rows, lacks=lacks, times=tables.times(name, timing), command=f"corovec time {name}",
+        ratios=tables.ratios(name, timing) if timing else None,
+        cell=_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"))
 
 
 def _recordings(case, size, results):
@@ -150,42 +146,38 @@ def _recordings(case, size, results):
             [lack for _, lacks in read for lack in lacks])
 
 
-def _claims(case, recordings, no_runs, study, no_study):
-    """``{figure: rows and cell}`` of all figures of a case."""
-    found = {figure: ([], no_runs) for figure in figures_of(case)}
-    counted = [row.as_dict() for row in mesh_claims(case)]
-    found[next(iter(found))] = counted, [Lack("not reproducible", "outline and loads are lost with "
-                                              "the drawing")]
-    if recordings:
-        runs = {recording.elements: recording.contents for recording in recordings}
-        for figure, rows in claims(case, runs).items():
-            found[figure] = [row.as_dict() for row in rows], no_runs
-    for figure in OF_STUDY.keys() & found:
-        rows = study["verdicts"] if study else []
-        found[figure] = [row for row in rows if any(
-            text in row["name"] for text in OF_STUDY[figure])], no_study
-    return {figure: SimpleNamespace(
-        cell=_cell(figure, rows, lacks, f"{TOPICS[figure]}, {SHORT[case]}"), rows=rows)
-        for figure, (rows, lacks) in found.items()}
+def _claims(shown, results, no_runs, study, no_study):
+    """``{label: rows and cell}`` of all figures of a case that have a verdict."""
+    checked, no_claims = results.read(f"claims-{shown.name}")
+    made = {}
+    for label, (figure, topic) in shown.verdicts.items():
+        rows, lacks = checked["figures"].get(label, []) if checked else [], no_runs + no_claims
+        if figure.not_reproducible:
+            lacks = [Lack("not reproducible", figure.not_reproducible)]
+        elif figure.of_study:
+            rows, lacks = [row for row in (study["verdicts"] if study else ()) if any(
+                text in row["name"] for text in figure.of_study)], no_study
+        made[label] = SimpleNamespace(
+            cell=_cell(label, rows, lacks, f"{topic}, {shown.short}"), rows=rows)
+    return made
 
 
-def _figure(label, sources, claimed, folder):
+def _figure(figure, sources, claimed, folder):
     """A figure of the paper: its drawings, what it claims with verdicts, and what is lost of it."""
-    own = [claim for figure, claim in claimed.items() if figure.rstrip("ab") == label]
-    drawn = [SimpleNamespace(
-        name=drawing.name, title=drawing.title,
-        picture=_picture(drawing, sources, folder))
-        for drawing in DRAWINGS[sources.case.name] if drawing.figure == label]
+    own = [claimed[label] for label in figure.verdicts]
+    drawn = [SimpleNamespace(name=drawing.name, title=drawing.title,
+                             picture=_picture(drawing, sources, folder))
+             for drawing in figure.drawings]
     return SimpleNamespace(
-        label=label, id=_anchor(label), cells=[claim.cell for claim in own], drawings=drawn,
-        lost=LOST.get(label), table=tables.verdict_rows(
+        label=figure.label, id=_anchor(figure.label), cells=[claim.cell for claim in own],
+        drawings=drawn, lost=figure.lost, table=tables.verdict_rows(
             "What is checked of it", [row for claim in own for row in claim.rows]))
 
 
 def _picture(drawing, sources, folder):
     """A drawing, written beside the page and ready to be embedded; None without its results, and
     then that of an earlier page is removed."""
-    if not available(drawing, sources):
+    if not drawing.available(sources):
         for path in targets(folder, drawing.name):
             path.unlink(missing_ok=True)
         return None
@@ -216,7 +208,7 @@ def _suite(name, results):
     rows = [row for item in shown for row in item.rows]
     lacks = list(dict.fromkeys(lack for item in shown for lack in item.lacks))
     return SimpleNamespace(name=name, cases=shown, rows=rows, command=f"corovec verify {name}",
-                           cell=_cell(name, rows, lacks, SUITES[name], f"#verify-{name}"))
+                           cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"#verify-{name}"))
 
 
 def _cell(label, rows, lacks, topic="", href=None):
@@ -229,9 +221,10 @@ def _cell(label, rows, lacks, topic="", href=None):
 def _grid(cases, suites):
     """Groups of cells of the first screen."""
     figure_cells = {label: claim.cell for case in cases for label, claim in case.claims.items()}
-    lost = [Cell(figure, "not reproducible", "curves of other authors", text,
-                 f"#{_anchor(figure)}-lost") for figure, text in LOST.items()]
-    by_table = sorted([case.energy_cell for case in cases] + [case.time_cell for case in cases],
+    lost = [Cell(label, "not reproducible", "curves of other authors", text,
+                 f"#{_anchor(label)}-lost") for case in cases for label, text in case.lost.items()]
+    by_table = sorted([*(case.energy_cell for case in cases if case.energy_cell),
+                       *(case.timed.cell for case in cases if case.timed)],
                       key=lambda cell: cell.label)
     return [("Tables", by_table), ("Figures", [*figure_cells.values(), *lost]),
             ("Time step, conservation, dissipation", [case.promise_cell for case in cases]),
@@ -292,7 +285,7 @@ def _anchor(label):
 
 
 def _text(name):
-    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
+    return files(__package__).joinpath("templates", name).read_text(encoding="utf-8")
 
 
 def _plotly():

@@ -18,12 +18,12 @@ from corovec import (
     timing,
     verification,
 )
-from corovec.benchmarks import case_names
 from corovec.convergence.run import code_version
 from corovec.solver.results.files import replacing
 from corovec.timing.report import NAMES as TIMINGS
 from corovec.verification.registry import CASES
 
+from . import drawings
 from .recording import Recording
 
 PLAN = Path(__file__).with_name("plan.toml")
@@ -43,11 +43,12 @@ class Part:
 
     Attributes:
         name: names its stamp and its log.
-        kind: ``verify``, ``converge``, ``time`` or ``run``.
+        kind: ``verify``, ``converge``, ``claims``, ``time`` or ``run``.
         command: arguments of ``corovec``.
         result: the file that it writes.
         packages: on whose sources, beside the solver's and the benchmarks', the result depends.
         left_out: whether this size leaves it out.
+        inputs: parts whose results are arguments too, as far as they are finished.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Part:
     result: Path
     packages: tuple
     left_out: bool = False
+    inputs: tuple = ()
 
     @property
     def alone(self):
@@ -65,12 +67,13 @@ class Part:
     @property
     def judged(self):
         """Exit status 1 of these says that a number deviates, and the result is whole."""
-        return self.kind in ("verify", "converge")
+        return self.kind in ("verify", "converge", "claims")
 
     @property
     def code(self):
         """Versions of the sources that the result depends on."""
-        return [code_version(package, SOURCES) for package in (solver, benchmarks, *self.packages)]
+        return [code_version(package, SOURCES) for package in
+                (solver, benchmarks, *self.packages)]
 
     def read(self):
         """Contents of the result: a ``Recording`` of a run, else an object of JSON.
@@ -100,7 +103,7 @@ class Part:
 
     def shown(self):
         """The command as one types it, without where its files go."""
-        words = list(self.command)
+        words = [*self.command, *(part.result.name for part in self.inputs)]
         for option in ("--output", "--jobs", "--frame-every"):
             if option in words:
                 k = words.index(option)
@@ -116,7 +119,8 @@ def parts(size, folder):
     """
     if size not in SIZES:
         raise InputError(f"size '{size}' is unknown, must be one of: {', '.join(SIZES)}")
-    return [*_timings(size, folder), *_runs(size, folder), *_studies(size, folder),
+    runs = list(_runs(size, folder))
+    return [*_timings(size, folder), *runs, *_claims(folder, runs), *_studies(size, folder),
             *_suites(size, folder)]
 
 
@@ -159,7 +163,8 @@ class Stamps:
 
     def write(self, part, status, seconds=None, message=""):
         stamp = {"part": part.name, "command": self._command(part), "code": part.code,
-                 "status": status, "seconds": seconds, "message": message,
+                 "inputs": self._inputs(part), "status": status, "seconds": seconds,
+                 "message": message,
                  "sha256": _digest(part.result) if status == "finished" else None}
         with replacing(self._path(part)) as partial:
             partial.write_text(json.dumps(stamp, indent=1), encoding="utf-8")
@@ -169,10 +174,15 @@ class Stamps:
         return self.folder / f"{part.name}.log"
 
     def current(self, part):
-        """The stamp of a part if it is of this command and these sources, else None."""
+        """The stamp of a part if it is of this command, these sources and inputs, else None."""
         stamp = self.read(part)
-        same = stamp and (stamp["command"], stamp["code"]) == (self._command(part), part.code)
+        same = stamp and (stamp["command"], stamp["code"], stamp.get("inputs", {})) == (
+            self._command(part), part.code, self._inputs(part))
         return stamp if same else None
+
+    def input_files(self, part):
+        """The results of the inputs of a part that are finished."""
+        return [each.result for each in part.inputs if each.name in self._inputs(part)]
 
     def finished(self, part):
         """Whether the part need not be run again."""
@@ -187,6 +197,12 @@ class Stamps:
     def _command(self, part):
         """The command with its files named from the folder of all results, which may be moved."""
         return [word.removeprefix(str(self.folder.parent)) for word in part.command]
+
+    def _inputs(self, part):
+        """``{name: SHA-256}`` of the results of the inputs that are finished, as they were then."""
+        stamps = {each.name: self.current(each) for each in part.inputs}
+        return {name: stamp["sha256"] for name, stamp in stamps.items()
+                if stamp and stamp["status"] == "finished"}
 
     def _path(self, part):
         return self.folder / f"{part.name}.json"
@@ -207,7 +223,7 @@ def status(part, stamps):
     if stamp is None:
         return "left out" if part.left_out else "not run"
     if not stamps.current(part):
-        return f"{stamp['status']}, earlier sources"
+        return f"{stamp['status']}, earlier sources{' or runs' * bool(part.inputs)}"
     damaged = stamp["status"] == "finished" and not stamps.intact(part, stamp)
     return "finished, damaged" if damaged else stamp["status"]
 
@@ -265,8 +281,17 @@ def _runs(size, folder):
                        ("run", case, *options, "--output", str(path)), path, ())
 
 
+def _claims(folder, runs):
+    for case in drawings.benchmarks():
+        path = folder / "claims" / f"{case}.json"
+        yield Part(f"claims-{case}", "claims",
+                   ("claims", case, "--output", str(path), "--overwrite"), path,
+                   (convergence, verification),
+                   inputs=tuple(part for part in reversed(runs) if part.command[1] == case))
+
+
 def _studies(size, folder):
-    for case in case_names():
+    for case in drawings.benchmarks():
         yield Part(f"converge-{case}", "converge",
                    ("converge", case, "--size", size, "--jobs", "1", "--output",
                     str(folder / "convergence")), study_file(folder, case, size),
@@ -300,8 +325,3 @@ def study_file(folder, case, size):
 def suite_file(folder, suite):
     """Verdicts of a verification suite."""
     return folder / "verification" / f"{suite}.json"
-
-
-def timing_file(folder, name):
-    """Tables of a timing study, as ``corovec time`` writes them."""
-    return folder / "timing" / name / "timing.json"

@@ -17,10 +17,13 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
     """Run the parts that are not finished, each in a process of its own.
 
     Timings come first, one at a time with nothing beside them; then ``jobs`` parts at a time, by
-    default one a usable core.  A part that fails is stamped so, and the rest goes on.
+    default one a usable core, and last those that read the results of others.  A part that fails
+    is stamped so, and the rest goes on.
 
     Args:
-        chosen: ``Part`` s; folder: of all results.
+        chosen: ``Part`` s, each after its inputs.
+        folder: of all results.
+        jobs: parts at a time.
         tell: called with a line of text as parts end; running: called with the names of the parts
             that run, and how many have ended of how many.
 
@@ -28,7 +31,7 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
         int: how many parts failed.
     """
     stamps = Stamps(_made(folder / "parts"))
-    missing = [part for part in chosen if not stamps.finished(part)]
+    missing = _missing(chosen, stamps)
     if len(missing) < len(chosen):
         tell(f"{len(chosen) - len(missing)} of {len(chosen)} parts are there already")
     ended, failed, under_way = 0, 0, []
@@ -46,15 +49,30 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
     return failed
 
 
+def _missing(chosen, stamps):
+    """Parts that are not finished, or will not be once their inputs have run again."""
+    missing = []
+    for part in chosen:
+        if not stamps.finished(part) or any(each in missing for each in part.inputs):
+            missing.append(part)
+    return missing
+
+
 def _run_all(missing, run, jobs):
     """``run(part)`` of all parts: ``(part, status, seconds)`` as they end."""
     for part in missing:
         if part.alone:
             yield run(part)
+    beside = [part for part in missing if not part.alone]
+    yield from _run_beside([part for part in beside if not part.inputs], run, jobs)
+    yield from _run_beside([part for part in beside if part.inputs], run, jobs)
+
+
+def _run_beside(chosen, run, jobs):
+    """As ``_run_all``, ``jobs`` parts at a time."""
     with ThreadPoolExecutor(jobs) as pool:
         try:
-            for future in as_completed([pool.submit(run, part) for part in missing
-                                        if not part.alone]):
+            for future in as_completed([pool.submit(run, part) for part in chosen]):
                 yield future.result()
         except BaseException:
             pool.shutdown(cancel_futures=True)
@@ -63,7 +81,7 @@ def _run_all(missing, run, jobs):
 
 def _run(part, stamps):
     """One part in a process of its own, its stamp and its log."""
-    command = part.command
+    command = (*part.command, *map(str, stamps.input_files(part)))
     if part.kind == "run":
         stamp = stamps.current(part)
         begun = stamp and stamp["status"] != "finished" and part.result.exists()

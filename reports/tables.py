@@ -2,10 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from corovec.benchmarks import case_names, load_case
 from corovec.timing.printed import cells
 from corovec.timing.tables import BASES, TABLES
-from corovec.timing.verdicts import verdicts as timing_verdicts
 
 VERDICTS = {
     "failed": "ended with an error",
@@ -157,19 +155,19 @@ def times(name, timing):
 def ratios(name, timing):
     """The ratio dense/skyline beside the paper's, and its two factors."""
     rows = timing["tables"][f"{name}-ratios"]
-    verdict = {row.name.split()[0]: row for row in timing_verdicts(rows)}
+    verdict = {row["name"].split()[0]: row for row in timing["tables"][f"{name}-verdicts"]}
     return Table(
         "Ratios, which machines share better than seconds",
         ("elements", "unknowns", "verdict", "dense/skyline, paper", "ours", "basis",
          "by operations", "LAPACK LU/skyline", "basis", "sparsity", "symmetry", "profile"),
         [[str(row["elements"]), number(row.get("unknowns"), 6),
-          Cell("", getattr(verdict.get(str(row["elements"])), "verdict", "left out")),
+          Cell("", verdict.get(str(row["elements"]), {}).get("verdict", "left out")),
           _as_printed(row), number(row.get("dense_skyline"), 3), row.get("dense_basis", "–"),
           number(row.get("operations"), 3), number(row.get("lapack_skyline"), 3),
           row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
           number(row.get("symmetry"), 3), number(row.get("profile"), 3)] for row in rows],
         [*(f"Explained: {text}." for text in dict.fromkeys(
-            row.explanation for row in verdict.values())),
+            row["explanation"] for row in verdict.values())),
          "Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
          "symmetry: LAPACK's banded LU against its banded Cholesky; profile: that against our "
          "skyline; all three of one factorization and solution alone."])
@@ -228,18 +226,17 @@ def growth(timing):
                  ("case", "method", "solver", *(phase.replace("_", " ") for phase in phases)), rows)
 
 
-def provenance(case):
+def provenance(definition):
     """Where every parameter of a case comes from."""
-    definition = load_case(case)
     rows = [[name, shown(value), unit or "–", Cell(name, kind), source]
             for name, value, unit, kind, source in definition.provenance()]
     return Table("Every parameter, and where it comes from",
                  ("parameter", "value", "unit", "provenance", "source"), rows)
 
 
-def provenance_counts(case):
+def provenance_counts(definition):
     """``{kind: how many}`` of the parameters of a case."""
-    kinds = [kind for *_, kind, _ in load_case(case).provenance()]
+    kinds = [kind for *_, kind, _ in definition.provenance()]
     return {kind: kinds.count(kind) for kind in ("printed", "derived", "assumed", "calibrated")
             if kind in kinds}
 
@@ -276,9 +273,9 @@ def amount(row, value, sign=False):
     return text if scale is None else f"{text} of {number(scale, 3)}"
 
 
-def case_titles():
-    """``{case: title}`` without the numbers of section and tables."""
-    return {case: load_case(case).title.partition(" (")[0] for case in case_names()}
+def case_title(definition):
+    """Title of a case without the numbers of section and tables."""
+    return definition.title.partition(" (")[0]
 
 
 def shown(value):

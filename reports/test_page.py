@@ -15,19 +15,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corovec import (
-    InputError,
-    Settings,
-    benchmarks,
-    convergence,
-    simulate,
-    solver,
-    verification,
-)
+from corovec import InputError, Settings, benchmarks, convergence, simulate, solver, verification
 from corovec import timing as timing_package
 from corovec.benchmarks import load_case
+from corovec.convergence import claims
+from corovec.convergence.claims import open_runs
 from corovec.convergence.run import code_version
-from corovec.reports import page, parts, reproduce, tables
+from corovec.reports import drawings, page, parts, reproduce, tables
 from corovec.reports.cli import reproduce as command
 from corovec.reports.parts import Part, Results, Stamps
 from corovec.reports.player import STEPS, player
@@ -35,6 +29,7 @@ from corovec.reports.recording import Recording
 from corovec.timing.printed import cells
 from corovec.timing.solvers import METHODS
 from corovec.timing.tables import ratios
+from corovec.timing.verdicts import verdicts
 from corovec.verification.case import Row, small
 from corovec.verification.registry import Outcome, find, make_report
 
@@ -62,7 +57,14 @@ def results(tmp_path_factory):
         shutil.copy(runs[0], path)
     for elements in (30, 120, 480):
         finish(folder, f"run-l-plate-{elements}")
+    finish(folder, "claims-l-plate", claimed("l-plate", open_runs("l-plate", runs[:1])))
+    finish(folder, "claims-ruler", claimed("ruler", {}))
     return folder
+
+
+def claimed(case, runs):
+    """What ``corovec claims`` writes."""
+    return claims.as_json(case, runs, claims.claims(case, runs))
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +118,9 @@ def timing():
                     "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
                     "paper_seconds": row_cell and row_cell.seconds,
                     "printed_seconds": row_cell and row_cell.printed_seconds})
-    return {"tables": {"table-2-times": rows, "table-2-ratios": ratios(rows)}}
+    compared = ratios(rows)
+    return {"tables": {"table-2-times": rows, "table-2-ratios": compared,
+                       "table-2-verdicts": [row.as_dict() for row in verdicts(compared)]}}
 
 
 def cell(html, label):
@@ -197,9 +201,10 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name, data, others", [
     ("run-ruler-120", [solver, benchmarks], [verification]),
-    ("converge-ruler", [solver, convergence, verification], [timing_package]),
-    ("time-table-4", [solver, timing_package, verification], [convergence]),
-    ("verify-patch", [solver, verification], [convergence])])
+    ("converge-ruler", [solver, benchmarks, convergence, verification], [timing_package]),
+    ("claims-ruler", [solver, benchmarks, convergence, verification], [timing_package]),
+    ("time-table-4", [solver, benchmarks, timing_package, verification], [convergence]),
+    ("verify-patch", [solver, benchmarks, verification], [convergence])])
 def test_stamps_see_code_and_data(tmp_path, monkeypatch, name, data, others):
     """A part is out of date when code, TOML or JSON changes that it computes with or judges by."""
     part = Results(SIZE, tmp_path).parts[name]
@@ -384,7 +389,9 @@ def test_wrong_input_is_one_line():
 
 def test_plan_names_meshes_and_frames_of_the_figures():
     """Every run is possible, and its frames fall on the instants of the motion sequences."""
-    intervals = {"l-plate": 1.0, "ruler": 0.01, "hemisphere": 0.01, "plates": 1.0}
+    intervals = {name: drawing.options["end"] / drawing.options["intervals"]
+                 for name, shown in drawings.benchmarks().items() for figure in shown.figures
+                 for drawing in figure.drawings if drawing.kind == "motion"}
     for size in parts.SIZES:
         for case, runs in parts.plan(size).items():
             for run in runs:

@@ -44,7 +44,7 @@ def time(names, size, output, overwrite, as_json):
                                bar_format="{desc}") as bar:
         for tables in run(names or NAMES, report, SIZES[size], folder, bar.set_description_str):
             for name, rows in tables.items():
-                if not as_json:
+                if rows and not as_json:
                     click.echo(text(name, rows))
     if as_json:
         click.echo(json.dumps(report))

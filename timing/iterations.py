@@ -14,9 +14,8 @@ import numpy as np
 from corovec import Newton, Scheme, Settings, simulate
 from corovec.benchmarks import load_case
 from corovec.solver.system.system import System
-from corovec.verification.element_oracle import relative
-from corovec.verification.helpers import full_matrix, no_loads
-from corovec.verification.suites.kernel import newton, step_jacobian
+from corovec.verification.helpers import full_matrix, no_loads, relative
+from corovec.verification.jacobian import newton, step_jacobian
 
 from .measure import Stepper
 from .solvers import make_system

@@ -11,8 +11,9 @@ from .iterations import long_run, step_iterations
 from .measure import load
 from .tables import BASES, TABLES, Bench, ratios
 from .targets import targets
+from .verdicts import verdicts
 
-WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios") for name in TABLES},
+WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios", f"{name}-verdicts") for name in TABLES},
            "iterations": ("iterations", "iterations-run"), "growth": ("growth", "growth-exponents"),
            "targets": ("D", "targets")}
 """Tables that each study gives."""
@@ -26,6 +27,7 @@ SHOWN = {
     "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "dense_basis": "", "paper": "",
                "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "lapack_basis": "",
                "sparsity": "", "symmetry": "", "profile": ""},
+    "verdicts": {"name": "", "value": "", "reference": "", "verdict": ""},
     "growth": {"case": "", "elements": "", "unknowns": "", "method": "", "solver": "",
                "iterations_per_step": "", "assembly": "s", "factorization": "s", "solve": "s",
                "step": "s", "step_spread": "", "matrix_bytes": "B", "memory_bytes": "B"},
@@ -46,7 +48,9 @@ def collect(name, effort, bench, folder=None, progress=lambda text: None):
     """
     if name in TABLES:
         rows = bench.rows(name, progress)
-        return {f"{name}-times": rows, f"{name}-ratios": ratios(rows)}
+        compared = ratios(rows)
+        return {f"{name}-times": rows, f"{name}-ratios": compared,
+                f"{name}-verdicts": [row.as_dict() for row in verdicts(compared)]}
     if name == "iterations":
         progress("iterations")
         return {"iterations": step_iterations(), "iterations-run": long_run()}

@@ -8,7 +8,11 @@ from .measure import Calls, Stepper, sample, time_calls
 from .printed import cells
 from .solvers import METHODS
 
-TABLES = {"table-2": "Table 2", "table-4": "Table 4", "table-6": "Table 6", "table-8": "Table 8"}
+TABLES = {cell.table.lower().replace(" ", "-"): cell.table for cell in cells()}
+"""The paper's tables, by their names on the command line."""
+
+TABLE_OF = {cell.case: cell.table.lower().replace(" ", "-") for cell in cells()}
+"""The table of each benchmark that has one."""
 
 DENSE = ("lapack-lu", "dense")
 """Methods whose cost grows with the cube of the unknowns; the others go first."""

@@ -166,10 +166,8 @@ def _overhead(model, dt, rounds):
 
 def _start():
     """Wall-clock seconds of a second process from its start to the end of its first step."""
-    code = ("from corovec.__main__ import main; import sys; sys.argv[1:] = ['run', "
-            "'l-plate', '--elements', '30', "
-            "'--dt', '1e-2', '--end-time', '1e-2', '--json']; main()")
-    command = [sys.executable, "-c", code]
+    command = [sys.executable, "-m", "corovec", "run", CASE, "--elements", str(SMALL), "--dt",
+               "1e-2", "--end-time", "1e-2", "--json"]
 
     def start():
         subprocess.run(command, check=True, capture_output=True)

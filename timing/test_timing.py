@@ -21,8 +21,7 @@ from corovec.timing.solvers import METHODS, make_system
 from corovec.timing.tables import Bench, ratios
 from corovec.timing.targets import Target
 from corovec.timing.verdicts import verdicts
-from corovec.verification.element_oracle import relative
-from corovec.verification.helpers import corovec, full_matrix
+from corovec.verification.helpers import corovec, full_matrix, relative
 
 TINY = Effort(rounds=3, long_rounds=2, round_seconds=0.0, step_seconds=0.0, call_seconds=10.0,
               run_seconds=0.0, growth_unknowns=200, reference=False)

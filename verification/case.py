@@ -27,15 +27,16 @@ class Row:
 
     Attributes:
         name: what the number is.
-        value: ours; reference: the number to compare with.
+        value: ours.
+        reference: the number to compare with.
         kind: where the reference comes from, one of ``KINDS``.
         tolerance: largest |value - reference| allowed, in the unit of ``scale``.
         scale: what differences are divided by; the size of the reference if left out.
         reason: why the tolerance is what it is.
         target: for a reference that is another element's result: the exact value both approximate;
             a value nearer to it than the reference is ``better``.
-        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``
-        covers: as long as |difference| is not larger than this.
+        explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``.
+        covers: largest |difference| that the explanation covers.
         above: the value must be at least the reference (for baselines that must fail).
         fitted: the value was calibrated to the reference, so that agreement proves nothing.
     """
@@ -78,6 +79,12 @@ class Row:
         explained = self.explanation and abs(self.difference) <= self.covers
         return "deviates (explained)" if explained else "deviates (open)"
 
+    def __str__(self):
+        relative = self.scale is None and self.reference != 0.0
+        difference = f"{self.difference:+.2%}" if relative else f"{self.difference:+.2e}"
+        return (f"{self.name:<64} {self.value:>12.6g} {self.reference:>12.6g} {difference:>9}  "
+                f"{self.verdict}")
+
     def as_dict(self):
         return {**asdict(self), "value": float(self.value), "reference": float(self.reference),
                 "difference": self.difference, "verdict": self.verdict}
@@ -88,11 +95,13 @@ class Case:
     """One verification case.
 
     Attributes:
-        name: how it is called on the command line; suite: which suite it belongs to.
+        name: how it is called on the command line.
+        suite: which suite it belongs to.
         claim: what it shows.
         source: author, year, table or figure of the references.
         definition: geometry, material, loads and supports in words.
-        run: makes the rows; a function that can be pickled, for worker processes.
+        run: makes the rows: returns or yields them; a function that can be pickled, for worker
+            processes.
         slow: takes more than some seconds; run by ``corovec verify``, not by the tests.
     """
 

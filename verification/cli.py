@@ -76,7 +76,4 @@ def _show(outcome):
     if outcome.error is not None:
         click.echo(f"  failed: {outcome.error}")
     for row in outcome.rows:
-        relative = row.scale is None and row.reference != 0.0
-        difference = f"{row.difference:+.2%}" if relative else f"{row.difference:+.2e}"
-        click.echo(f"  {row.name:<64} {row.value:>12.6g} {row.reference:>12.6g} "
-                   f"{difference:>9}  {row.verdict}")
+        click.echo(f"  {row}")

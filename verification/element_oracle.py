@@ -46,8 +46,3 @@ def oracle(x, p, corners, normals, membrane="stress"):
     """Energy of the independent element with its derivatives, a ``Jet``."""
     q = Jet.variables(np.hstack([x, p]).ravel()).reshape(4, 6)
     return reference_element.energy(q[:, :3], q[:, 3:], corners, normals, H, E, NU, membrane)
-
-
-def relative(ours, reference):
-    """Largest difference of two arrays over the largest entry of the reference."""
-    return np.abs(ours - reference).max() / np.abs(reference).max()

@@ -1,7 +1,7 @@
 """Wrong variants of the solver, to show that the suites catch them.
 
 A mutant is the source with one piece of text replaced while it is imported, in a process of its
-own; a mutant of a kernel is compiled anew.
+own (``mutated.py``); a mutant of a kernel is compiled anew.
 """
 
 import json
@@ -9,9 +9,7 @@ import os
 import subprocess
 import sys
 import tempfile
-import threading
 from dataclasses import dataclass
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
 
 from corovec import solver
@@ -25,9 +23,9 @@ class Mutant:
 
     Attributes:
         name: what is wrong.
-        file: source file of the solver.
+        file: source file of the solver, from its folder.
         old: the text that is replaced.
-        new: what replaces it.
+        new: what stands there instead.
         killers: the cases that must catch it.
     """
 
@@ -63,7 +61,7 @@ def deviating_rows(mutant, case):
         if mutant.file.startswith("kernels/"):
             environment["NUMBA_CACHE_DIR"] = folder
         said = Path(folder) / "stderr"
-        command = [sys.executable, "-m", "corovec.verification.mutants", str(ROOT / mutant.file),
+        command = [sys.executable, "-m", "corovec.verification.mutated", str(ROOT / mutant.file),
                    str(source), case, str(output)]
         with open(said, "wb") as stderr, subprocess.Popen(
                 command, env=environment, cwd=folder, stdin=subprocess.PIPE,
@@ -74,35 +72,3 @@ def deviating_rows(mutant, case):
                                f"{said.read_text(errors='replace').strip()}")
         rows = json.loads(output.read_text())["cases"][0]["rows"]
     return sum(row["verdict"] == "deviates (open)" for row in rows)
-
-
-def _end_with_parent():
-    """The pipe to standard input closes when the parent process ends, or is interrupted."""
-    os.read(sys.stdin.fileno(), 1)
-    os._exit(1)
-
-
-def _run_mutated(file, source, case, output):
-    """Verdicts of one case with the text of ``source`` in the place of ``file``."""
-    for name in [name for name in sys.modules if name.startswith("corovec.solver")]:
-        del sys.modules[name]
-    original, replaced = SourceFileLoader.get_code, []
-
-    def get_code(loader, name):
-        if loader.path == file:
-            replaced.append(name)
-            return compile(Path(source).read_text(encoding="utf-8"), file, "exec")
-        return original(loader, name)
-
-    SourceFileLoader.get_code = get_code
-    from .registry import find, make_report, run_case
-    outcome = run_case(find([case])[0])
-    if not replaced:
-        sys.exit(f"{file} was not imported")
-    report = make_report([outcome], date="", complete=True)
-    Path(output).write_text(json.dumps(report), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    _run_mutated(*sys.argv[1:])

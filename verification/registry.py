@@ -62,7 +62,7 @@ def run_case(case):
     """``Outcome`` of a case, whatever it raises."""
     clock = time.perf_counter()
     try:
-        rows, error = case.run(), None
+        rows, error = list(case.run()), None
     except Exception as raised:
         rows, error = [], describe(raised)
     return Outcome(case, rows, time.perf_counter() - clock, error)

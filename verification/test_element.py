@@ -10,7 +10,8 @@ from numba import njit
 from corovec.solver.kernels import element as kernel
 from corovec.solver.kernels.lanes import WIDTH, lanes, zeros
 from corovec.verification import reference_element
-from corovec.verification.element_oracle import DERIVATIVES, NU, E, H, constants, relative
+from corovec.verification.element_oracle import DERIVATIVES, NU, E, H, constants
+from corovec.verification.helpers import relative
 from corovec.verification.jets import Jet
 from corovec.verification.models import random_quad
 

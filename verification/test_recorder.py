@@ -31,7 +31,7 @@ from corovec.solver.results import recorder
 from corovec.solver.statics import path as statics
 from corovec.verification.helpers import COMMAND, corovec
 from corovec.verification.models import cross_code_plate
-from corovec.verification.suites.nonlinear import roof, strip
+from corovec.verification.shells import roof, strip
 
 RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "2",
        "--frame-every", "25")
@@ -41,7 +41,7 @@ import sys, time
 import numpy as np
 from corovec import StaticSettings, arc_length, line_load, load_control
 from corovec.solver.statics import path as statics
-from corovec.verification.suites.nonlinear import roof, strip
+from corovec.verification.shells import roof, strip
 
 method, path = sys.argv[1:]
 statics.ROOM = 2

@@ -1,13 +1,15 @@
 """Every quick verification case, asserted; and the command that runs them all."""
 
 import json
+from dataclasses import replace
+from functools import partial
 
 import pytest
 
-from corovec.verification.case import OK, Row
+from corovec.verification.case import OK, Case, Row, small
 from corovec.verification.helpers import corovec
 from corovec.verification.mutants import deviating_rows
-from corovec.verification.registry import CASES
+from corovec.verification.registry import CASES, make_report, run_case
 from corovec.verification.suites import mutants
 
 
@@ -15,7 +17,7 @@ from corovec.verification.suites import mutants
                          ids=lambda case: case.name)
 def test_case(case):
     """No row deviates without an explanation."""
-    rows = case.run()
+    rows = list(case.run())
     assert rows
     wrong = [f"{row.name}: {row.value:g} against {row.reference:g}, {row.verdict}"
              for row in rows if row.verdict not in OK]
@@ -33,6 +35,22 @@ def test_a_mutant_is_caught():
     """One of them here; `corovec verify mutants` runs them all."""
     mutant = next(m for m in mutants.ELEMENT if m.killers == ("thick-beam",))
     assert deviating_rows(mutant, "thick-beam") == 1
+
+
+def yielded(n):
+    """Rows of a case that yields them."""
+    for k in range(n):
+        yield small(f"row {k}", 0.0, 1e-9, "rounding")
+
+
+def test_a_case_may_yield_its_rows():
+    """All are there however often they are read, and an error on the way ends the case."""
+    case = Case("yields", "own", "nothing", "own", "nothing", partial(yielded, 3))
+    outcome = run_case(case)
+    assert outcome.deviations == 0 and len(outcome.rows) == 3
+    rows = make_report([outcome], "2000-01-01", True)["cases"][0]["rows"]
+    assert [row["name"] for row in rows] == ["row 0", "row 1", "row 2"]
+    assert "TypeError" in run_case(replace(case, run=partial(yielded, None))).error
 
 
 def test_names_are_unique():

@@ -3,22 +3,11 @@
 import tempfile
 from pathlib import Path
 
-import numpy as np
-from scipy.spatial import cKDTree
-
 from corovec import Settings, read, simulate
 from corovec.benchmarks import load_case
 
 from ..case import Case, small
-
-
-def asymmetry(nodes, displacement, axis):
-    """Largest |u(mirrored X) - mirrored u(X)| of each frame, for the plane normal to an axis."""
-    mirror = np.ones(3)
-    mirror[axis] = -1.0
-    distance, partner = cKDTree(nodes).query(nodes * mirror)
-    assert distance.max() < 1e-9 * np.abs(nodes).max()
-    return np.abs(displacement[:, partner] - displacement * mirror).max(axis=(1, 2))
+from ..symmetry import asymmetry
 
 
 def run_hemisphere(end=0.1, dt=5e-4):

@@ -6,10 +6,9 @@ from scipy.linalg import eigh
 
 from corovec import Model, Newton, Scheme, Settings, rigid_velocity, simulate
 from corovec.benchmarks import load_case
-from corovec.solver.statics.path import STATIC
 
 from ..case import Case, Row, small
-from ..helpers import full_matrix, make_system, no_loads
+from ..helpers import make_system, stiffness
 from ..models import cross_code_plate, rectangle, spinning
 
 MASS_ONLY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -65,11 +64,8 @@ def frequencies(n, clamped, thickness=0.01):
     """Lowest omega a^2 sqrt(rho h / D) of a unit square plate."""
     plate = rectangle(1.0, 1.0, (n, n), thickness=thickness, youngs=1.0)
     system = make_system(plate)
-    state, size = system.initial_state(), system.numbering.n_dof
-    system.assemble(state, STATIC, False, np.zeros(size), no_loads(system))
-    K = full_matrix(system)
-    system.assemble(state, MASS_ONLY, False, np.zeros(size), no_loads(system))
-    M, start = full_matrix(system), system.numbering.start
+    state, start = system.initial_state(), system.numbering.start
+    K, M = stiffness(system, state), stiffness(system, state, MASS_ONLY)
     x, y = plate.nodes[:, 0], plate.nodes[:, 1]
     rim = (x == 0) | (x == x.max()) | (y == 0) | (y == y.max())
     keep = [start[i] + c for i in range(len(x)) if not (clamped and rim[i]) for c in (2, 3, 4)]

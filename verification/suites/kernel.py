@@ -7,15 +7,15 @@ from scipy.spatial.transform import Rotation
 from corovec import Model, NodalLoad, Support, solve_linear
 from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.dynamics.settings import Newton
-from corovec.solver.statics.path import STATIC
 from corovec.solver.system.system import StepRecord, System
 
 from ..case import Case, Row, at_least, small
-from ..element_oracle import DERIVATIVES, E, constants, evaluate, oracle, relative
+from ..element_oracle import DERIVATIVES, E, constants, evaluate, oracle
 from ..geometry import surface
-from ..helpers import central_differences, full_matrix, make_system, no_loads
+from ..helpers import central_differences, full_matrix, make_system, no_loads, relative, stiffness
+from ..jacobian import newton, step_jacobian
 from ..models import random_quad, random_state, rectangle, spinning, warped_patch
-from .linear import CLAMPED, OTHER
+from ..shells import CLAMPED, twisted_strip
 
 SHAPES = {
     "square": ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)),
@@ -156,36 +156,6 @@ def run_momenta():
     return rows
 
 
-def step_jacobian(system, state, step, delta):
-    """Derivative of the residual of a time step, in the sign of the iteration matrix."""
-    def residual(at):
-        system.assemble(state, step, False, at, no_loads(system), False)
-        return system.residual[0].copy()
-
-    return -central_differences(residual, delta, 1e-6)
-
-
-def newton(system, state, dt, rule, matrix):
-    """Newton's iteration of a time step without loads, whatever its matrix.
-
-    ``matrix(system, state, step, delta)`` gives it as a full array; see ``step_jacobian``.
-
-    Returns:
-        (increment (n_dof,), works |residual . correction| of the iterations).
-    """
-    step = Scheme().midpoint(dt)
-    delta, works = dt * state.velocity, []
-    while len(works) < rule.max_iterations:
-        K = matrix(system, state, step, delta)
-        system.assemble(state, step, False, delta, no_loads(system), False)
-        correction = np.linalg.solve(K, system.residual[0])
-        works.append(abs(system.residual[0] @ correction))
-        delta = delta + correction
-        if len(works) >= rule.min_iterations and works[-1] <= rule.tolerance * works[0]:
-            break
-    return delta, works
-
-
 def exact_newton(model, dt, rule):
     """Iterations of the first time step with the Jacobian in place of the symmetric matrix."""
     system = make_system(model)
@@ -205,7 +175,7 @@ def run_step_tangent():
         system.assemble(state, step, False, size * direction, no_loads(system))
         gaps.append(relative(J, full_matrix(system)))
         rows.append(Row(f"increment {size:g}: decimal logarithm of |J - K| / |K|",
-                        np.log10(gaps[-1]), np.log10(prototype), OTHER, 0.5,
+                        np.log10(gaps[-1]), np.log10(prototype), "other code", 0.5,
                         "another shell and direction: the order of magnitude, half a decade",
                         scale=1.0))
     rows.append(Row("order of the gap in the increment, 1e-4 to 1e-2",
@@ -230,9 +200,7 @@ def element_eigenvalues(corners, thickness=0.1):
     nodes = np.array(corners, dtype=float)
     model = Model(nodes, np.array([(0, 1, 2, 3)]), thickness, 1e6, 0.3, 1.0)
     system = make_system(model)
-    n = system.numbering.n_dof
-    system.assemble(system.initial_state(), STATIC, False, np.zeros(n), no_loads(system))
-    return np.linalg.eigvalsh(full_matrix(system))
+    return np.linalg.eigvalsh(stiffness(system, system.initial_state()))
 
 
 def run_eigenvalues():
@@ -284,16 +252,10 @@ def run_aspect():
 
 def run_warping():
     rows = []
-    from .linear import plate
     for degrees in (30.0, 90.0, 180.0):
         tips = []
         for n in (12, 48):
-            turn = np.radians(degrees) / 12.0
-            mesh = surface(lambda x, s, turn=turn: (x, s * np.cos(turn * x), s * np.sin(turn * x)),
-                           (n, n // 6), (0.0, 12.0), (-0.55, 0.55))
-            root, tip = mesh.where(mesh.nodes[:, 0] == 0.0), mesh.nearest((12.0, 0.0, 0.0))
-            model = plate(mesh, 0.05, 29e6, 0.22, [NodalLoad(tip, (0.0, 1.0, 1.0))],
-                          [Support(root, CLAMPED)])
+            model, tip = twisted_strip((n, n // 6), 0.05, (0.0, 1.0, 1.0), degrees)
             u, _ = solve_linear(model)
             tips.append(np.linalg.norm(u[tip]))
         rows.append(Row(f"strip twisted by {degrees:g} degrees: 12 x 2 against 48 x 8",

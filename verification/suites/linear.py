@@ -11,32 +11,20 @@ import numpy as np
 from corovec import Model, NodalLoad, Support, line_load, solve_linear, surface_load
 
 from ..case import Case, Row, at_least
-from ..geometry import cylinder, hemisphere_quarter, surface
+from ..geometry import cylinder, surface
+from ..literature import HEMISPHERE, MACNEAL, MITC4_HEMISPHERE, OTHER, compare
+from ..shells import (
+    CLAMPED,
+    SYMMETRY,
+    eighth_cylinder,
+    linear_hemisphere,
+    plate,
+    twisted_strip,
+)
 
-CLAMPED = ("x", "y", "z", "px", "py", "pz")
-SYMMETRY = {"x": ("x", "px"), "y": ("y", "py"), "z": ("z", "pz")}
-TWO_PERCENT = "2 % asked of every mesh against MITC4, or better"
-MACNEAL = "MacNeal and Harder 1985, Finite Elem. Anal. Des. 1, 3-20"
-RECALLED = "recalled"
-OTHER = "other code"
 FACET_SHEAR = ("the facet shear w,x + dr_x takes the normals along e_z: where a facet of a "
                "doubly curved mesh twists, its sides turn together with tilted normals and w,x "
                "is not projected on them; case hemisphere-shear shows it")
-
-
-def plate(mesh, thickness, youngs, poisson, loads, supports, **options):
-    """Model of a ``Surface`` with unit density."""
-    return Model(mesh.nodes, mesh.quads, thickness, youngs, poisson, 1.0, loads=loads,
-                 supports=supports, normals=mesh.normals, **options)
-
-
-def compare(name, value, reference, mitc4, kind=RECALLED, explanation="", covers=0.0):
-    """Row: normalised value beside MITC4's on the same mesh.
-
-    An explanation ``covers`` what was seen when it was written, and little more.
-    """
-    return Row(name, value / reference, mitc4, kind, 0.02, TWO_PERCENT, scale=1.0, target=1.0,
-               explanation=explanation, covers=covers)
 
 
 # ------------------------------------------------------------------ beams
@@ -110,15 +98,9 @@ def run_curved_beam():
     return rows
 
 
-def twisted_beam(divisions, thickness, force, **options):
+def twisted_beam(divisions, thickness, force):
     """Tip displacement of the twisted beam in the direction of the force (y or z)."""
-    n, m = divisions
-    mesh = surface(lambda x, s: (x, s * np.cos(np.pi * x / 24.0), s * np.sin(np.pi * x / 24.0)),
-                   (n, m), (0.0, 12.0), (-0.55, 0.55))
-    root = mesh.where(mesh.nodes[:, 0] == 0.0)
-    tip = mesh.nearest((12.0, 0.0, 0.0))
-    model = plate(mesh, thickness, 29e6, 0.22, [NodalLoad(tip, force)], [Support(root, CLAMPED)],
-                  **options)
+    model, tip = twisted_strip(divisions, thickness, force)
     u, _ = solve_linear(model)
     return float(u[tip] @ np.array(force)) / float(np.dot(force, force))
 
@@ -245,16 +227,11 @@ def run_scordelis_lo():
     return rows
 
 
-def pinched_cylinder(n, thickness=3.0, **options):
+def pinched_cylinder(n):
     """Displacement under the force of the eighth model [length]."""
-    mesh = cylinder(300.0, (0.0, np.pi / 2.0), (0.0, 300.0), (n, n))
-    angle, x = mesh.parameters.T
-    supports = [Support(mesh.where(x == 300.0), ("y", "z")),
-                Support(mesh.where(x == 0.0), SYMMETRY["x"]),
-                Support(mesh.where(angle == 0.0), SYMMETRY["y"]),
-                Support(mesh.where(angle == np.pi / 2.0), SYMMETRY["z"])]
+    mesh, supports, *_ = eighth_cylinder(300.0, 300.0, (n, n), "diaphragm")
     loads = [NodalLoad(0, (0.0, 0.0, -0.25))]
-    u, _ = solve_linear(plate(mesh, thickness, 3e6, 0.3, loads, supports, **options))
+    u, _ = solve_linear(plate(mesh, 3.0, 3e6, 0.3, loads, supports))
     return -u[0, 2]
 
 
@@ -267,38 +244,17 @@ def run_pinched_cylinder():
     return rows
 
 
-def linear_hemisphere(n, thickness=0.04, solve=solve_linear, **options):
-    """Displacement of the loaded points of the quarter hemisphere with 18 degree hole.
-
-    ``solve`` gives the displacements of a model, as ``solve_linear`` does.
-    """
-    mesh = hemisphere_quarter(10.0, 18.0, n)
-    azimuth, elevation = mesh.parameters.T
-    quarter = azimuth == azimuth.max()
-    a, b = mesh.where((azimuth == 0.0) & (elevation == 0.0))[0], mesh.where(
-        quarter & (elevation == 0.0))[0]
-    held = mesh.where((elevation == elevation.max()) & (azimuth == 0.0))
-    supports = [Support(mesh.where(azimuth == 0.0), SYMMETRY["y"]),
-                Support(mesh.where(quarter), SYMMETRY["x"]), Support(held, ("z",))]
-    force = (thickness / 0.04) ** 3
-    loads = [NodalLoad(a, (force, 0.0, 0.0)), NodalLoad(b, (0.0, -force, 0.0))]
-    u, _ = solve(plate(mesh, thickness, 6.825e7, 0.3, loads, supports, **options))
-    return 0.5 * (u[a, 0] - u[b, 1])
-
-
 STIFFER = {4: 0.54, 8: 0.03, 12: 0.02, 16: 0.02}
 """By how much coarse meshes are stiffer than other elements, as seen."""
-
-MITC4_HEMISPHERE = {4: 1.0372, 8: 0.9970, 16: 0.9905}
 
 
 def run_hemisphere():
     rows = []
     for n, mitc4 in MITC4_HEMISPHERE.items():
-        rows.append(compare(f"{n} x {n}, MITC4", linear_hemisphere(n), 0.0940, mitc4, OTHER,
+        rows.append(compare(f"{n} x {n}, MITC4", linear_hemisphere(n), HEMISPHERE, mitc4, OTHER,
                             FACET_SHEAR, STIFFER[n]))
     for n, quad4 in ((4, 1.024), (8, 1.005), (12, 0.998)):
-        rows.append(compare(f"{n} x {n}, QUAD4", linear_hemisphere(n), 0.0940, quad4,
+        rows.append(compare(f"{n} x {n}, QUAD4", linear_hemisphere(n), HEMISPHERE, quad4,
                             explanation=FACET_SHEAR, covers=STIFFER[n]))
     return rows
 

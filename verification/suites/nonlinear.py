@@ -4,38 +4,25 @@ Published curves are compared at every tabulated load; differences are divided b
 tabulated value of the curve.  Point loads act on single nodes.
 """
 
-import tomllib
-from functools import cache
-from pathlib import Path
-
 import numpy as np
 
 from corovec import (
     Model,
     NodalLoad,
-    StaticSettings,
     Support,
     arc_length,
     line_load,
     line_moment,
     load_control,
 )
-from corovec.solver.statics.path import _Path
 
 from ..case import Case, Row, at_least, small
-from ..geometry import cylinder, hemisphere_quarter, surface
-from .linear import CLAMPED, SYMMETRY, plate
+from ..geometry import cylinder, surface
+from ..literature import SZE, published
+from ..shells import CLAMPED, SYMMETRY, eighth_cylinder, plate, quarter_hemisphere, roof, strip
+from ..static_newton import works_of_step
 
-PUBLISHED = Path(__file__).parent.parent / "published" / "sze2004.toml"
-SOURCE = "Sze, Liu and Lo 2004, Finite Elem. Anal. Des. 40, 1551-1569, "
 CURVE = "another element on another mesh: {} of the largest value"
-
-
-@cache
-def published(name):
-    """One table of the published results."""
-    with open(PUBLISHED, "rb") as file:
-        return tomllib.load(file)[name]
 
 
 def curve_row(name, ours, table, tolerance, explanation="", covers=0.0):
@@ -47,16 +34,8 @@ def curve_row(name, ours, table, tolerance, explanation="", covers=0.0):
                scale=float(np.abs(table).max()), explanation=explanation, covers=covers)
 
 
-def strip(length, elements, loads):
-    """Cantilever strip of width 1, h = 0.1, E = 1.2e6, nu = 0; returns (model, tip node)."""
-    mesh = surface(lambda x, y: (x, y, 0.0 * x), (elements, 1), (0.0, length), (0.0, 1.0))
-    tip = mesh.where(mesh.nodes[:, 0] == length)
-    root = mesh.where(mesh.nodes[:, 0] == 0.0)
-    return plate(mesh, 0.1, 1.2e6, 0.0, loads(mesh.nodes, tip), [Support(root, CLAMPED)]), tip[0]
-
-
 def run_end_shear():
-    table = published("sze31_end_shear")
+    table = published("sze2004", "sze31_end_shear")
     model, tip = strip(10.0, 16, lambda X, t: line_load(X, t, (0.0, 0.0, 4.0)))
     u = load_control(model, table["p"]).displacement[:, tip]
     one_step = load_control(model, [1.0])
@@ -73,7 +52,7 @@ def rolled_strip(elements):
 
 
 def run_roll_up():
-    table = published("sze32_roll_up")
+    table = published("sze2004", "sze32_roll_up")
     rows, errors = [], []
     for elements in (16, 32, 64):
         model, tip = rolled_strip(elements)
@@ -100,7 +79,7 @@ def run_roll_up():
 
 
 def run_slit_annulus():
-    table = published("sze33_slit_annulus")
+    table = published("sze2004", "sze33_slit_annulus")
     mesh = surface(lambda a, r: (r * np.cos(a), r * np.sin(a), 0.0 * r), (80, 10),
                    (2.0 * np.pi, 0.0), (6.0, 10.0))
     # the slit: both ends of the ring are at angle 0, so the mesh is not joined there
@@ -117,23 +96,9 @@ def run_slit_annulus():
             curve_row("W_B, outer corner, 10 x 80", np.abs(u[:, outer, 2]), table["w_B"], 0.01)]
 
 
-def hemisphere(n):
-    """Quarter of the pinched hemisphere, n x n elements; returns (model, node A, node B)."""
-    mesh = hemisphere_quarter(10.0, 18.0, n)
-    azimuth, elevation = mesh.parameters.T
-    quarter = azimuth == azimuth.max()
-    a = mesh.where((azimuth == 0.0) & (elevation == 0.0))[0]
-    b = mesh.where(quarter & (elevation == 0.0))[0]
-    held = mesh.where((elevation == elevation.max()) & (azimuth == 0.0))
-    supports = [Support(mesh.where(azimuth == 0.0), SYMMETRY["y"]),
-                Support(mesh.where(quarter), SYMMETRY["x"]), Support(held, ("z",))]
-    loads = [NodalLoad(a, (200.0, 0.0, 0.0)), NodalLoad(b, (0.0, -200.0, 0.0))]
-    return plate(mesh, 0.04, 6.825e7, 0.3, loads, supports), a, b
-
-
 def hemisphere_rows(n, tolerance, explanation="", covers=0.0):
-    table = published("sze34_hemisphere")
-    model, a, b = hemisphere(n)
+    table = published("sze2004", "sze34_hemisphere")
+    model, a, b = quarter_hemisphere(n, 0.04, 200.0)
     u = load_control(model, table["p"]).displacement
     return [curve_row(f"outward at A, {n} x {n}", u[:, a, 0], table["outward_A"], tolerance,
                       explanation, covers),
@@ -150,33 +115,14 @@ def run_hemisphere_fine():
     return hemisphere_rows(32, 0.01)
 
 
-class _MaterialTangent(_Path):
-    """A wrong iteration: its tangent leaves out the geometric stiffness."""
-
-    def _solve(self, factor):
-        for stresses in self.system.predicted:
-            stresses[:] = 0.0
-        self.system.mixed = True
-        return super()._solve(factor)
-
-
-def orders(model, kind):
+def orders(model, geometric=True):
     """Orders of convergence of corrections 2 to 4 of a load step, one after the other.
 
     The work of a correction is the square of its energy norm, so quadratic convergence means
     w_k+1 ~ w_k^2.  A step of the load from 0.2 is compared with its half: the order is the ratio of
     the logarithms by which w_k+1 and w_k fall.
     """
-    works = []
-    for increment in (0.02, 0.01):
-        start = _Path(model, StaticSettings())
-        for last, factor in ((0.0, 0.1), (0.1, 0.2)):
-            _, failure = start.equilibrate(last, factor)
-            assert failure is None
-        path = kind(model, StaticSettings(tolerance=1e-24))
-        path.state = start.state
-        path.equilibrate(0.2, 0.2 + increment)
-        works.append(path.works[:4])
+    works = [works_of_step(model, 0.2, increment, geometric)[:4] for increment in (0.02, 0.01)]
     falls = np.log(np.divide(*works))
     return falls[1:] / falls[:-1]
 
@@ -184,32 +130,18 @@ def orders(model, kind):
 def run_newton_quadratic():
     rows = []
     for name, model in (("roll-up, 16 x 1", rolled_strip(16)[0]),
-                        ("hemisphere, 16 x 16", hemisphere(16)[0])):
+                        ("hemisphere, 16 x 16", quarter_hemisphere(16, 0.04, 200.0)[0])):
         rows += [Row(f"{name}: order of correction {k + 2} after {k + 1}", order, 2.0, "analytic",
                      0.1, "asymptotic: terms of the next order in a step of 5 to 10 % of the load",
-                     scale=1.0) for k, order in enumerate(orders(model, _Path))]
+                     scale=1.0) for k, order in enumerate(orders(model))]
         rows.append(at_least(f"{name}, geometric stiffness left out: what correction 3 lacks of "
-                             "order 2", 2.0 - orders(model, _MaterialTangent)[1], 0.5,
+                             "order 2", 2.0 - orders(model, geometric=False)[1], 0.5,
                              "a wrong tangent converges linearly"))
     return rows
 
 
-def eighth_cylinder(radius, half_length, divisions, ends):
-    """Eighth of a cylinder about X with the supports of its symmetry planes, crown at +Z."""
-    mesh = cylinder(radius, (0.0, np.pi / 2.0), (0.0, half_length), divisions)
-    angle, x = mesh.parameters.T
-    supports = [Support(mesh.where(x == 0.0), SYMMETRY["x"]),
-                Support(mesh.where(angle == 0.0), SYMMETRY["y"]),
-                Support(mesh.where(angle == np.pi / 2.0), SYMMETRY["z"])]
-    if ends == "diaphragm":
-        supports.append(Support(mesh.where(x == half_length), ("y", "z")))
-    b = mesh.where((angle == np.pi / 2.0) & (x == 0.0))[0]
-    c = mesh.where((angle == np.pi / 2.0) & (x == half_length))[0]
-    return mesh, supports, b, c
-
-
 def run_pull_out():
-    table = published("sze35_pull_out")
+    table = published("sze2004", "sze35_pull_out")
     mesh, supports, b, c = eighth_cylinder(4.953, 5.175, (24, 16), "free")
     model = plate(mesh, 0.094, 10.5e6, 0.3125, [NodalLoad(0, (0.0, 0.0, 10000.0))], supports)
     # the wall turns inside out near 0.5: the path goes back and forth there
@@ -223,7 +155,7 @@ def run_pull_out():
 
 
 def run_pinched_cylinder():
-    table = published("sze36_pinched_cylinder")
+    table = published("sze2004", "sze36_pinched_cylinder")
     mesh, supports, b, _ = eighth_cylinder(100.0, 100.0, (32, 32), "diaphragm")
     model = plate(mesh, 1.0, 30e3, 0.3, [NodalLoad(0, (0.0, 0.0, -3000.0))], supports)
     result = arc_length(model, 40.0, until=lambda factor, u: factor > 1.0)
@@ -236,7 +168,7 @@ def run_pinched_cylinder():
 
 
 def run_semi_cylinder():
-    table = published("sze37_semi_cylinder")
+    table = published("sze2004", "sze37_semi_cylinder")
     mesh = cylinder(101.6, (0.0, np.pi / 2.0), (0.0, 304.8), (32, 32))
     angle, x = mesh.parameters.T
     supports = [Support(mesh.where(x == 304.8), CLAMPED),
@@ -245,16 +177,6 @@ def run_semi_cylinder():
     model = plate(mesh, 3.0, 2068.5, 0.3, [NodalLoad(0, (0.0, 0.0, -1000.0))], supports)
     u = load_control(model, table["p"]).displacement
     return [curve_row("W under the force, 32 x 32", -u[:, 0, 2], table["w_iso"], 0.02)]
-
-
-def roof(n, thickness):
-    """Quarter of the hinged roof under its central force; node 0 is the centre."""
-    mesh = cylinder(2540.0, (0.0, 0.1), (0.0, 254.0), (n, n))
-    angle, x = mesh.parameters.T
-    supports = [Support(mesh.where(x == 0.0), SYMMETRY["x"]),
-                Support(mesh.where(angle == 0.0), SYMMETRY["y"]),
-                Support(mesh.where(angle == 0.1), ("x", "y", "z"))]
-    return plate(mesh, thickness, 3102.75, 0.3, [NodalLoad(0, (0.0, 0.0, -750.0))], supports)
 
 
 def path_row(name, factor, w, table, curve, tolerance, explanation="", covers=0.0):
@@ -277,7 +199,7 @@ def run_roofs():
     rows = []
     for name, thickness, key, n in (("h = 12.7", 12.7, "sze38a_roof_thick", 16),
                                     ("h = 6.35", 6.35, "sze38d_roof_thin", 16)):
-        table = published(key)
+        table = published("sze2004", key)
         last = max(table["minus_w_C"])
         result = arc_length(roof(n, thickness), 20.0,
                             until=lambda factor, u, last=last: -u[0, 2] > last)
@@ -291,31 +213,31 @@ def run_roofs():
 
 
 CASES = (
-    Case("end-shear", "nonlinear", "large bending of a cantilever", SOURCE + "3.1",
+    Case("end-shear", "nonlinear", "large bending of a cantilever", SZE + "3.1",
          "L = 10, b = 1, h = 0.1, E = 1.2e6, nu = 0, edge force 4", run_end_shear),
     Case("roll-up", "nonlinear", "a cantilever rolled up to a full circle in ten steps",
-         "analytic; " + SOURCE + "3.2", "L = 12, b = 1, h = 0.1, E = 1.2e6, nu = 0, edge moment "
+         "analytic; " + SZE + "3.2", "L = 12, b = 1, h = 0.1, E = 1.2e6, nu = 0, edge moment "
          "50 pi/3", run_roll_up),
-    Case("slit-annulus", "nonlinear", "large twisting", SOURCE + "3.3", "radii 6 and 10, h = 0.03, "
+    Case("slit-annulus", "nonlinear", "large twisting", SZE + "3.3", "radii 6 and 10, h = 0.03, "
          "E = 21e6, nu = 0, line force 0.8", run_slit_annulus, slow=True),
     Case("hemisphere", "nonlinear", "large inextensional bending, double curvature",
-         SOURCE + "3.4", "R = 10, h = 0.04, 18 degree hole, E = 6.825e7, nu = 0.3, forces 400",
+         SZE + "3.4", "R = 10, h = 0.04, 18 degree hole, E = 6.825e7, nu = 0.3, forces 400",
          run_hemisphere),
-    Case("hemisphere-fine", "nonlinear", "the deviation of the hemisphere is mesh error", SOURCE +
+    Case("hemisphere-fine", "nonlinear", "the deviation of the hemisphere is mesh error", SZE +
          "3.4", "as hemisphere, 32 x 32", run_hemisphere_fine, slow=True),
     Case("newton-quadratic", "nonlinear", "the static tangent is exact: Newton converges "
          "quadratically, also with stresses predicted (mixed iteration)", "own", "works of the "
          "corrections of a load step from factor 0.2, 0.02 against 0.01", run_newton_quadratic),
-    Case("pull-out", "nonlinear", "from bending to stretching through a snap", SOURCE + "3.5",
+    Case("pull-out", "nonlinear", "from bending to stretching through a snap", SZE + "3.5",
          "R = 4.953, L = 10.35, h = 0.094, E = 10.5e6, nu = 0.3125, forces 40 000, eighth model",
          run_pull_out, slow=True),
     Case("pinched-cylinder-nonlinear", "nonlinear", "local folding under point loads",
-         SOURCE + "3.6", "R = 100, L = 200, h = 1, E = 30e3, nu = 0.3, forces 12 000, diaphragms",
+         SZE + "3.6", "R = 100, L = 200, h = 1, E = 30e3, nu = 0.3, forces 12 000, diaphragms",
          run_pinched_cylinder, slow=True),
-    Case("semi-cylinder", "nonlinear", "pinched clamped semi-cylinder", SOURCE + "3.7",
+    Case("semi-cylinder", "nonlinear", "pinched clamped semi-cylinder", SZE + "3.7",
          "R = 101.6, L = 304.8, h = 3, E = 2068.5 (see the data file), nu = 0.3, force 2000",
          run_semi_cylinder, slow=True),
-    Case("roofs", "nonlinear", "snap-through and snap-back by arc length", SOURCE + "3.8",
+    Case("roofs", "nonlinear", "snap-through and snap-back by arc length", SZE + "3.8",
          "R = 2540, 508 x 508, h = 12.7 and 6.35, E = 3102.75, nu = 0.3, central force 3000",
          run_roofs),
 )
