@@ -9,7 +9,7 @@ import numpy as np
 from corovec import InputError, Settings, simulate
 from corovec.benchmarks import load_case
 from corovec.solver.checks import number
-from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.dynamics.result import unloaded_row
 from corovec.solver.input.schema import Calibration
 
 from .study import printed_results

@@ -11,7 +11,7 @@ import numpy as np
 
 from corovec import InputError, read
 from corovec.benchmarks import load_case
-from corovec.solver.dynamics.simulation import drift, total_energy, unloaded_row
+from corovec.solver.dynamics.result import drift, total_energy, unloaded_row
 from corovec.solver.model.mesh import node_at
 from corovec.solver.runtime.provenance import commit, machine, versions
 from corovec.verification.case import Row, at_least, small

@@ -88,7 +88,7 @@ def claim(case, files, output, overwrite, as_json):
       corovec claims l-plate l30.h5
     """
     from corovec.benchmarks import load_case
-    from corovec.solver.results.recorder import replacing, writable_path
+    from corovec.solver.results.files import replacing, writable_path
 
     from .claims import as_json as to_json
     from .claims import claims, open_runs

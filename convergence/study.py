@@ -14,7 +14,7 @@ import numpy as np
 from corovec import InputError, Newton, Scheme, Settings, total_energy
 from corovec.benchmarks import load_case
 from corovec.solver.checks import choice
-from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.dynamics.result import unloaded_row
 
 from .rates import mesh_errors
 from .run import Run

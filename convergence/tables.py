@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from corovec import drift, total_energy
-from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.dynamics.result import unloaded_row
 from corovec.solver.results.files import replacing
 from corovec.solver.runtime.provenance import commit, machine, versions
 

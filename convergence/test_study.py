@@ -20,7 +20,7 @@ from corovec.convergence.report import show
 from corovec.convergence.run import Run
 from corovec.convergence.study import SIZES, CaseStudy, Size, run_studies
 from corovec.convergence.verdicts import assumptions, last_digit
-from corovec.solver.dynamics.simulation import HISTORY
+from corovec.solver.dynamics.result import HISTORY
 from corovec.solver.runtime import execution, provenance
 from corovec.solver.runtime.execution import Workers
 from corovec.verification.case import OK

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
-from corovec.solver.dynamics.simulation import total_energy
+from corovec.solver.dynamics.result import total_energy
 from corovec.solver.errors import InputError
 
 from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled

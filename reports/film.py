@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from corovec.solver.checks import integer, number, positive
-from corovec.solver.dynamics.simulation import total_energy
+from corovec.solver.dynamics.result import total_energy
 from corovec.solver.errors import InputError
 from corovec.solver.results.files import writable_path
 

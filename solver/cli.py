@@ -255,7 +255,7 @@ class _Progress:
 
 def _summary(history, unloaded_at, supported):
     """What both ``run`` and ``info`` say of a history."""
-    from .dynamics.simulation import drift
+    from .dynamics.result import drift
     last, changes = history[-1], drift(history, unloaded_at, supported)
     iterations = history["iterations"][1:]
     return {

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from corovec import Newton, Scheme, StepError, warm_up
+from corovec import Newton, Scheme, warm_up
+from corovec.solver.dynamics import stepping as dynamics
+from corovec.solver.dynamics.newton import StepRecord
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
-from corovec.solver.system.system import StepRecord
 
 from .solvers import make_system
 
@@ -102,25 +103,36 @@ class Stepper:
     with a new matrix in each iteration.
 
     Attributes:
-        system: of the model.
-        state: of the system.
+        system: ``System``.
+        state: ``State`` reached.
+        place: ``Place`` of it.
         done: steps so far.
         record: iterations and so on, in sum.
     """
 
     def __init__(self, model, dt, method="auto"):
         self.dt, self._scheme = dt, Scheme()
-        self._rule = Newton("modified" if method == "auto" else "full")
+        newton = Newton("modified" if method == "auto" else "full")
         self.system = make_system(model, method)
+        self._stepper = dynamics.Stepper(self.system, self._scheme, newton)
         self.state = self.system.initial_state()
+        self.place = self.system.observe(self.state)
         self.record, self.done = StepRecord(), 0
 
     def steps(self, count=1):
         """Advance by ``count`` steps."""
         for _ in range(count):
-            self.system.advance(self.state, self._scheme, self._rule, self.done * self.dt, self.dt,
-                                self.record)
+            self._stepper.advance(self.state, self.place, self.done * self.dt, self.dt,
+                                  self.record)
             self.done += 1
+
+    def use(self, method):
+        """Assemble for another linear solver from now on; the state cannot advance any more."""
+        self.system = make_system(self.system.model, method)
+
+    def forget(self):
+        """Drop the factorization that is kept."""
+        self._stepper.forget()
 
     @property
     def iterations(self):
@@ -130,11 +142,9 @@ class Stepper:
     def assemble(self, tangent=True):
         """The matrix and residual of the first iterate of the next step."""
         time_ = (self.done + 1.0 - self._scheme.alpha_f) * self.dt
-        status = self.system.assemble(
-            self.state, self._scheme.midpoint(self.dt), False, self.dt * self.state.velocity,
-            self.system.loads_at(time_), tangent)
-        if status != 0:
-            raise StepError("the state cannot be assembled")
+        self.system.assemble(self.state, self.place, self._scheme.midpoint(self.dt),
+                             self.dt * self.state.velocity, self.system.loads(time_),
+                             tangent=tangent)
 
 
 @dataclass(frozen=True)
@@ -171,8 +181,8 @@ def time_calls(stepper, effort):
     system = stepper.system
     solver = system.solver
     stepper.assemble()
-    matrix, rhs = solver.values.copy(), system.residual[0].copy()
-    system.kept.forget()
+    matrix, rhs = solver.values.copy(), system.residual.balance.copy()
+    stepper.forget()
     unsymmetric = hasattr(solver, "complete")
 
     def assemble():

@@ -8,12 +8,13 @@ assembly, ``eliminate`` as factorization.
 import numpy as np
 from scipy.linalg import lapack
 
+from corovec.solver.system.failure import SingularMatrix
 from corovec.solver.system.linear import (
+    NO_SKEW,
     SOLVERS,
     Banded,
     Dense,
-    SingularMatrix,
-    column_offsets,
+    affine_storages,
     half_bandwidth,
 )
 from corovec.solver.system.system import System
@@ -25,7 +26,7 @@ class DenseLU(Dense):
     name = "lapack-lu"
 
     def eliminate(self):
-        self._lu, self._exchanges, info = lapack.dgetrf(self._matrix().T, overwrite_a=1)
+        self._lu, self._exchanges, info = lapack.dgetrf(self.matrix().T, overwrite_a=1)
         _check(info)
 
     def solve(self, rhs):
@@ -41,8 +42,10 @@ class BandedLU:
         n, width = numbering.n_dof, half_bandwidth(numbering)
         rows = np.arange(n)
         self.values = np.zeros(n * (3 * width + 1))
-        self.storage = (rows + 2 * width, column_offsets(numbering, 3 * width),
-                        2 * width + rows * (3 * width + 1), 3 * width)
+        self.skew = NO_SKEW
+        self.storages = affine_storages(numbering, rows + 2 * width,
+                                        2 * width + rows * (3 * width + 1), 3 * width)
+        self.storage = self.storages[0]
         self._width = width
 
     def factor(self):

@@ -13,11 +13,10 @@ from scipy.linalg import lapack
 
 from corovec import Settings, read, simulate
 from corovec.benchmarks import load_case
-from corovec.solver.dynamics.simulation import unloaded_row
+from corovec.solver.dynamics.result import unloaded_row
 from corovec.solver.model.mesh import node_at
 
 from .measure import Stepper, sample, time_calls
-from .solvers import make_system
 
 CASE = "l-plate"
 SMALL, PAPER = 30, 480
@@ -134,9 +133,9 @@ def _factorization(model, dt, effort):
     """Skyline against LAPACK's banded Cholesky on the same matrix, both overwriting."""
     stepper = Stepper(model, dt, "skyline")
     skyline = time_calls(stepper, effort).factor
-    system = stepper.system = make_system(model, "banded-cholesky")
-    system.observe(stepper.state)
+    stepper.use("banded-cholesky")
     stepper.assemble()
+    system = stepper.system
     band = system.solver.values.reshape(system.numbering.n_dof, -1).copy()
     held = {}
 

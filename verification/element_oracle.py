@@ -3,6 +3,7 @@
 import numpy as np
 
 from corovec.solver.kernels import element as kernel
+from corovec.solver.kernels.tangent import TangentWork, tangent
 from corovec.solver.model.constants import element_constants
 
 from . import reference_element
@@ -30,14 +31,15 @@ def evaluate(c, x, p, A=None, n_rot=(3, 3, 3, 3)):
     B, f, g = np.empty((n_s, 9)), np.empty((3, 3)), np.empty((4, 2))
     yl, r, f_x, f_p = np.empty((3, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
     ke = np.zeros((24, 24))
-    lengths = kernel.frame(y, R)
+    diagonals = kernel.frame(y, R)
     kernel.local_variables(R, y, p, c["y0"], c["r0"], t, b)
     kernel.membrane_strains(c["l"], c["Q"], t, e)
     kernel.local_forces(c["l"], c["Q"], c["k_b"], t, b, e, B, f, g)
     kernel.rotated_positions(R, y, p, yl, r)
-    kernel.global_forces(R, *lengths, yl, r, f, g, f_x, f_p)
-    kernel.tangent(R, *lengths, yl, r, f, g, B, e, c["Q"], c["k_b"], A, np.array(n_rot),
-                   tuple(np.empty(shape) for shape in kernel.WORK), ke)
+    kernel.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
+    work = TangentWork(*(np.empty(shape) for shape in (
+        (9, 9), (11, 3), (9, 3), (4, 3, 3), (3, 3), (6, 6), (9, 3), (9, 3), (4, 3, 3), (3, 3))))
+    tangent(R, diagonals, yl, r, f, g, B, e, c["Q"], c["k_b"], A, np.array(n_rot), work, ke)
     ke = np.tril(ke) + np.tril(ke, -1).T
     return kernel.strain_energy(e, c["k_b"], b), np.hstack([f_x, f_p]).ravel(), ke
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corovec.solver.statics.path import STATIC
+from corovec.solver.kernels.arguments import STATIC, Loads
 from corovec.solver.system.linear import SuperLU
 from corovec.solver.system.system import System
 
@@ -30,13 +30,13 @@ def full_matrix(system):
     """The lower triangle in the solver's storage as a full symmetric matrix (n_dof, n_dof).
 
     Every solver has an entry at ``base[row] + offset[e, a, b] + stride * k``, see
-    ``kernels/assembly.py``.
+    ``arguments.Storage``.
     """
     solver, numbering = system.solver, system.numbering
     base, offset, _, stride = solver.storage
     lower = np.zeros((numbering.n_dof, numbering.n_dof))
     dofs = [start + np.arange(3 + n) for start, n in zip(numbering.start, numbering.n_rot)]
-    for e, quad in enumerate(numbering.quads):
+    for e, quad in enumerate(numbering.cells[0]):
         for a, b in product(range(4), repeat=2):
             rows, columns = dofs[quad[a]], dofs[quad[b]]
             if columns[0] <= rows[0]:
@@ -48,8 +48,7 @@ def full_matrix(system):
 
 def stiffness(system, state, factors=STATIC):
     """The static tangent (n_dof, n_dof) at a state, or with other step ``factors``; no loads."""
-    delta = np.zeros(system.numbering.n_dof)
-    system.assemble(state, factors, False, delta, no_loads(system))
+    assemble(system, state, factors, np.zeros(system.numbering.n_dof))
     return full_matrix(system)
 
 
@@ -60,18 +59,24 @@ def free_part(K, values, free):
     return found
 
 
-def no_loads(system):
-    """Loads of ``System.loads_at``, all zero."""
-    model = system.model
-    return (np.zeros(system.numbering.n_dof), np.zeros((len(model.nodes), 3)),
-            np.zeros(len(model.quads)), False)
+def assemble(system, state, factors, delta, time=None, tangent=True):
+    """Residual (n_dof,) of an iterate of a step from ``state``; the system has the tangent.
+
+    Args:
+        factors: ``arguments.Factors`` of the step.
+        delta: (n_dof,) increment.
+        time: of the loads [s]; None for none.
+        tangent: whether the matrix is wanted.
+    """
+    none = Loads(np.zeros(system.numbering.n_dof), np.zeros((len(system.model.nodes), 3)))
+    system.assemble(state, system.observe(state), factors, delta,
+                    none if time is None else system.loads(time), tangent=tangent)
+    return system.residual.balance.copy()
 
 
 def static_system(system, state, delta, tangent=True):
     """Residual (n_dof,) of f(x + delta) without loads or inertia; the system has the tangent."""
-    status = system.assemble(state, STATIC, False, delta, no_loads(system), tangent)
-    assert status == 0
-    return system.residual[0].copy()
+    return assemble(system, state, STATIC, delta, tangent=tangent)
 
 
 def central_differences(function, at, step):

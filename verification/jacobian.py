@@ -2,16 +2,15 @@
 
 import numpy as np
 
-from corovec.solver.dynamics.scheme import make_scheme
+from corovec import Scheme
 
-from .helpers import central_differences, no_loads
+from .helpers import assemble, central_differences
 
 
 def step_jacobian(system, state, step, delta):
     """Derivative of the residual of a time step, in the sign of the iteration matrix."""
     def residual(at):
-        system.assemble(state, step, False, at, no_loads(system), False)
-        return system.residual[0].copy()
+        return assemble(system, state, step, at, tangent=False)
 
     return -central_differences(residual, delta, 1e-6)
 
@@ -24,13 +23,13 @@ def newton(system, state, dt, rule, matrix):
     Returns:
         (increment (n_dof,), works |residual . correction| of the iterations).
     """
-    step = make_scheme().midpoint(dt)
+    step = Scheme().midpoint(dt)
     delta, works = dt * state.velocity, []
     while len(works) < rule.max_iterations:
         K = matrix(system, state, step, delta)
-        system.assemble(state, step, False, delta, no_loads(system), False)
-        correction = np.linalg.solve(K, system.residual[0])
-        works.append(abs(system.residual[0] @ correction))
+        residual = assemble(system, state, step, delta, tangent=False)
+        correction = np.linalg.solve(K, residual)
+        works.append(abs(residual @ correction))
         delta = delta + correction
         if len(works) >= rule.min_iterations and works[-1] <= rule.tolerance * works[0]:
             break

@@ -7,9 +7,10 @@ import scipy.linalg
 from corovec import InputError
 from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.kernels import gauss, skyline
-from corovec.solver.system.linear import Banded, SingularMatrix, Skyline, SuperLU, make_solver
+from corovec.solver.system.failure import SingularMatrix
+from corovec.solver.system.linear import Banded, Skyline, SuperLU, make_solver
 from corovec.solver.system.numbering import number_dofs
-from corovec.verification.helpers import full_matrix, make_system, no_loads
+from corovec.verification.helpers import assemble, full_matrix, make_system
 from corovec.verification.models import cross_code_plate, rectangle, warped_patch
 
 
@@ -83,7 +84,7 @@ def test_real_tangents(kind, shell):
     state, n = system.initial_state(), system.numbering.n_dof
     delta = rng.uniform(-1e-3, 1e-3, n)
     step = Scheme().midpoint(1e-2)
-    assert system.assemble(state, step, False, delta, no_loads(system)) == 0
+    assemble(system, state, step, delta)
     A, b = full_matrix(system), rng.normal(size=n)
     negative = system.solver.factor()
     x = system.solver.solve(b)
@@ -97,14 +98,13 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     """An indefinite tangent is solved all the same, and its negative pivots are counted."""
     rng = np.random.default_rng(0)
     model = rectangle(3.0, 2.0, (3, 2))
-    numbering = number_dofs(model.quads, np.full(len(model.nodes), 2))
+    numbering = number_dofs((model.quads,), np.full(len(model.nodes), 2))
     solver = solver_class(numbering)
     system = make_system(model)
     system.solver = solver
     n = numbering.n_dof
-    system.assemble(system.initial_state(), Scheme().midpoint(1e-2), False, np.zeros(n),
-                     no_loads(system))
-    solver.values[solver.storage[2][7]] -= 1e6
+    assemble(system, system.initial_state(), Scheme().midpoint(1e-2), np.zeros(n))
+    solver.values[solver.storage.diagonal[7]] -= 1e6
     A, b = full_matrix(system), rng.normal(size=n)
     assert solver.factor() == np.sum(np.linalg.eigvalsh(A) < 0.0) == 1
     residual = A @ solver.solve(b) - b
@@ -115,14 +115,14 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
 def test_singular_matrix_raises(solver_class):
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(SingularMatrix):
-        solver_class(number_dofs(model.quads, np.full(4, 2))).factor()
+        solver_class(number_dofs((model.quads,), np.full(4, 2))).factor()
 
 
 def test_node_order_narrows_the_band():
     """L-plate 8x60: the mean row holds little more than one row of 9 nodes (45) plus a neighbour
     and a half row, although the corner couples two rows."""
     model = cross_code_plate(4)
-    numbering = number_dofs(model.quads, np.full(len(model.nodes), 2))
+    numbering = number_dofs((model.quads,), np.full(len(model.nodes), 2))
     solver = Skyline(numbering)
     n = numbering.n_dof
     assert n == 2745
@@ -133,4 +133,4 @@ def test_node_order_narrows_the_band():
 def test_unknown_solver():
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(InputError, match="solver 'cramer' is unknown, must be one of: auto"):
-        make_solver("cramer", number_dofs(model.quads, np.full(4, 2)))
+        make_solver("cramer", number_dofs((model.quads,), np.full(4, 2)))

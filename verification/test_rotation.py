@@ -8,17 +8,22 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from corovec import Settings, Support, simulate
-from corovec.solver.dynamics.scheme import Scheme
-from corovec.solver.dynamics.settings import Newton
-from corovec.solver.kernels import charts as rotation
+from corovec import Newton, Scheme, Settings, Support, simulate
+from corovec.solver.dynamics.newton import StepRecord
+from corovec.solver.dynamics.stepping import Stepper
+from corovec.solver.kernels import charts, junctions, nodes
+from corovec.solver.kernels.arguments import Factors, Motion, Nodes, nodal_work
 from corovec.solver.model.model import STEEPEST_COMPONENT
-from corovec.solver.system.system import StepRecord, System
+from corovec.solver.system.coordinates import Charts
+from corovec.solver.system.system import System
 from corovec.verification.jets import Jet, norm
 from corovec.verification.models import rectangle, spinning
 
 NONE = np.zeros((3, 3))
 GLOBAL, FOLLOWING = False, True
+
+AS_IT_IS = Factors(0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0)
+"""Rates and second rates of a state, without an increment."""
 
 component = st.floats(-1.0, 1.0, allow_subnormal=False)
 directions = st.tuples(component, component, component).filter(
@@ -30,7 +35,7 @@ seeds = st.integers(0, 2**31 - 1)
 def triad_of(p, fixed_component=-1):
     """Global axes of a normal that has none yet."""
     triad = np.empty((3, 3))
-    rotation.choose_triad(p, p, NONE, fixed_component, GLOBAL, triad)
+    charts.choose_triad(p, p, NONE, fixed_component, GLOBAL, triad)
     return triad
 
 
@@ -42,15 +47,20 @@ def axes_triad(dependent, p):
 
 
 def smooth_node():
-    """``nodes`` of one smooth node whose rotational variables are dofs 3 and 4."""
-    return np.array([0]), np.array([2]), np.array([0, 1]), np.zeros((1, 3))
+    """``Nodes`` of one smooth node whose rotational variables are dofs 3 and 4."""
+    return Nodes(np.array([0]), np.array([2]), np.array([0, 1]), np.zeros((1, 3)))
+
+
+def motion(variables, chart, velocity, acceleration):
+    """``Motion`` of one node at the origin."""
+    return Motion(np.zeros((1, 3)), np.zeros((1, 3)), variables, chart, velocity, acceleration)
 
 
 def rates_in_chart(p, triad, n_dot, n_ddot):
     """(p_dot, p_ddot) rebuilt from the variables' rates through A1 and A2 (Eq. 30)."""
     A1 = np.zeros((3, 3))
-    rotation.first_derivatives(p, triad, A1)
-    nn, nm, mm = rotation.second_derivatives(p, triad)
+    charts.first_derivatives(p, triad, A1)
+    nn, nm, mm = charts.second_derivatives(p, triad)
     bent = nn * n_dot[0]**2 + 2.0 * nm * n_dot[0] * n_dot[1] + mm * n_dot[1]**2
     return A1[:, :2] @ n_dot, A1[:, :2] @ n_ddot + bent * triad[2]
 
@@ -67,7 +77,7 @@ def test_round_trip(p):
     assert sorted((n, m, l)) == [0, 1, 2] and np.all(triad[:2] >= 0.0)
     assert abs(p[l]) == max(abs(p)) and triad[2, l] == (1 if p[l] >= 0 else -1)
     back = np.empty(3)
-    assert rotation.normal(p[n], p[m], triad, back)
+    assert charts.normal(p[n], p[m], triad, back)
     # p_l = sqrt(1 - n^2 - m^2) with p_l >= 1/sqrt 3: rounding grows by at most 2
     assert np.abs(back - p).max() < 1e-15
 
@@ -84,10 +94,10 @@ def test_derivatives_against_oracle(p, turned, seed):
     variables = Jet.variables([p @ triad[0], p @ triad[1]])
     dependent = (1.0 - variables[0] * variables[0] - variables[1] * variables[1]).sqrt()
     A1 = np.zeros((3, 3))
-    rotation.first_derivatives(p, triad, A1)
+    charts.first_derivatives(p, triad, A1)
     expected = triad[:2].T + np.outer(triad[2], dependent.gradient)
     assert np.allclose(A1[:, :2], expected, rtol=1e-13, atol=1e-13)
-    nn, nm, mm = rotation.second_derivatives(p, triad)
+    nn, nm, mm = charts.second_derivatives(p, triad)
     assert np.allclose([[nn, nm], [nm, mm]], dependent.hessian, rtol=1e-12, atol=1e-13)
     assert abs(norm(np.array(p)) - 1.0) < 1e-15
 
@@ -104,19 +114,19 @@ def test_switch_carries_all_rates(p, spin, change, dependent, follow):
     variables[0, :2] = chart[0, :2] @ p
     velocity, acceleration = np.zeros(5), np.zeros(5)
     velocity[3:], acceleration[3:] = chart[0, :2] @ p_dot, chart[0, :2] @ p_ddot
-    switched = rotation.switch_charts(smooth_node(), np.array([-1]), follow, 0.0, variables, chart,
-                                      velocity, acceleration)
+    switched = nodes.switch_charts(smooth_node(), np.array([-1]), follow, 0.0,
+                                   motion(variables, chart, velocity, acceleration))
     new, largest = chart[0], np.argmax(np.abs(p))
     if follow:
         # t_1 of the old axes may be too near to p to go on from: then global axes are taken
         assert new[2] @ p > 1.0 - 1e-14 or abs(new[2]).max() == 1.0
     else:
-        should = abs(p[largest]) > rotation.SWITCH_RATIO * abs(p[dependent])
+        should = abs(p[largest]) > charts.SWITCH_RATIO * abs(p[dependent])
         assert switched == should
         assert np.argmax(np.abs(new[2])) == (largest if should else dependent)
     assert np.allclose(new @ new.T, np.eye(3), atol=1e-15)
     rebuilt = np.empty(3)
-    assert rotation.normal(variables[0, 0], variables[0, 1], new, rebuilt)
+    assert charts.normal(variables[0, 0], variables[0, 1], new, rebuilt)
     # the old dependent component is at least 0.25: its rates lose at most two digits
     scale = 1.0 + np.abs(spin).max() ** 2 + np.abs(change).max()
     assert np.abs(rebuilt - p).max() < 1e-14
@@ -128,15 +138,16 @@ def test_switch_carries_all_rates(p, spin, change, dependent, follow):
 @pytest.mark.parametrize("excess, switches", [(1.0 - 1e-9, 0), (1.0 + 1e-9, 1)])
 def test_hysteresis_border(excess, switches):
     """Just below SWITCH_RATIO the chart stays, just above it changes, and does not change back."""
-    ratio = rotation.SWITCH_RATIO * excess
-    assert rotation.SWITCH_RATIO > 1.0
+    ratio = charts.SWITCH_RATIO * excess
+    assert charts.SWITCH_RATIO > 1.0
     p = np.array([1.0, 0.2, ratio])
     p /= np.linalg.norm(p)
     chart = axes_triad(0, p)[None]
     variables = np.array([[p[1], p[2], 0.0]])
-    args = (smooth_node(), np.array([-1]), GLOBAL, 0.0, variables, chart, np.zeros(5), np.zeros(5))
-    assert rotation.switch_charts(*args) == switches
-    assert rotation.switch_charts(*args) == 0
+    args = (smooth_node(), np.array([-1]), GLOBAL, 0.0,
+            motion(variables, chart, np.zeros(5), np.zeros(5)))
+    assert nodes.switch_charts(*args) == switches
+    assert nodes.switch_charts(*args) == 0
 
 
 def test_switch_is_made_half_a_step_ahead():
@@ -146,9 +157,10 @@ def test_switch_is_made_half_a_step_ahead():
     for rate, switches in ((-10.0, 0), (10.0, 0), (40.0, 1)):
         p = np.array([np.sin(angle), 0.0, np.cos(angle)])
         velocity = np.array([0.0, 0.0, 0.0, np.radians(rate) * np.cos(angle), 0.0])
-        assert rotation.switch_charts(
-            smooth_node(), np.array([-1]), GLOBAL, dt, np.array([[p[0], p[1], 0.0]]),
-            np.eye(3)[None].copy(), velocity, np.zeros(5)) == switches
+        assert nodes.switch_charts(
+            smooth_node(), np.array([-1]), GLOBAL, dt, motion(
+                np.array([[p[0], p[1], 0.0]]), np.eye(3)[None].copy(), velocity,
+                np.zeros(5))) == switches
 
 
 def test_following_axes_point_to_the_middle_of_the_next_step():
@@ -156,8 +168,8 @@ def test_following_axes_point_to_the_middle_of_the_next_step():
     rate, dt = 3.0, 0.05
     chart, variables = np.eye(3)[None].copy(), np.zeros((1, 3))
     velocity = np.array([0.0, 0.0, 0.0, rate, 0.0])
-    rotation.switch_charts(smooth_node(), np.array([-1]), FOLLOWING, dt, variables, chart,
-                           velocity, np.zeros(5))
+    nodes.switch_charts(smooth_node(), np.array([-1]), FOLLOWING, dt,
+                        motion(variables, chart, velocity, np.zeros(5)))
     middle = np.array([np.sin(0.5 * rate * dt), 0.0, np.cos(0.5 * rate * dt)])
     assert np.abs(chart[0, 2] - middle).max() < (0.5 * rate * dt) ** 3
     assert abs(variables[0, 0] + np.sin(0.5 * rate * dt)) < (0.5 * rate * dt) ** 3
@@ -172,7 +184,7 @@ def test_supported_component_stays_a_variable():
         old, new = triad_of(p, fixed_component=fixed), np.empty((3, 3))
         assert old[0, fixed] == 1.0
         ahead = p + 0.1 * np.cross(np.eye(3)[fixed], p)
-        assert rotation.choose_triad(p, ahead / np.linalg.norm(ahead), old, fixed, FOLLOWING, new)
+        assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, fixed, FOLLOWING, new)
         assert np.array_equal(new[0], np.eye(3)[fixed]) and new[2, fixed] == 0.0
         assert np.allclose(new @ new.T, np.eye(3), atol=1e-15)
 
@@ -180,12 +192,12 @@ def test_supported_component_stays_a_variable():
 def test_leaving_the_chart_is_reported():
     """n^2 + m^2 beyond the limit is a failure of the iterate, NaN included, never a NaN result."""
     p, e = np.full(3, 7.0), np.full((3, 3), 7.0)
-    assert not rotation.normal(0.9, 0.9, np.eye(3), p)
-    assert not rotation.normal(np.nan, 0.0, np.eye(3), p)
+    assert not charts.normal(0.9, 0.9, np.eye(3), p)
+    assert not charts.normal(np.nan, 0.0, np.eye(3), p)
     assert np.array_equal(p, [7.0, 7.0, 7.0])
     for variables in ((0.9, 0.9, 0.0), (0.0, 0.0, 0.99), (0.5, 0.0, 0.85), (0.0, np.nan, 0.0),
                       (0.0, 0.0, np.nan)):
-        assert not rotation.nodal_frame(*variables, np.eye(3), e)
+        assert not junctions.nodal_frame(*variables, np.eye(3), e)
     assert np.all(e == 7.0)
 
 
@@ -193,14 +205,14 @@ def test_fallback_axes_suit_the_normal_as_it_is():
     """A normal that is about to turn too far for following axes gets axes that suit it now."""
     p = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
     old, new = np.empty((3, 3)), np.empty((3, 3))
-    rotation.choose_triad(p, p, triad_of(p), -1, FOLLOWING, old)
+    charts.choose_triad(p, p, triad_of(p), -1, FOLLOWING, old)
     ahead = p + (0.0, 4.5, 0.0)
-    assert rotation.choose_triad(p, ahead / np.linalg.norm(ahead), old, -1, FOLLOWING, new)
+    assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, -1, FOLLOWING, new)
     assert new[2] @ p > 1.0 / np.sqrt(3.0)
     e = random_frame(np.random.default_rng(1))
-    rotation.choose_junction_triad(e, e, np.eye(3), True, old)
+    junctions.choose_junction_triad(e, e, np.eye(3), True, old)
     turned = e @ Rotation.from_rotvec(np.radians(100.0) * e[0]).as_matrix().T
-    assert rotation.choose_junction_triad(e, turned, old, True, new)
+    assert junctions.choose_junction_triad(e, turned, old, True, new)
     assert e[1] @ new[2] > 0.5
 
 
@@ -227,8 +239,8 @@ BODY = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.6, 0.48, 0.64]])
 
 
 def junction_node():
-    """``nodes`` of one junction with three directors."""
-    return np.array([0]), np.array([3]), np.array([0, 3]), BODY
+    """``Nodes`` of one junction with three directors."""
+    return Nodes(np.array([0]), np.array([3]), np.array([0, 3]), BODY)
 
 
 def random_frame(rng):
@@ -239,17 +251,17 @@ def random_frame(rng):
 def junction(e, follow=False, ahead=None):
     """(triad, variables) of a nodal frame."""
     triad = np.empty((3, 3))
-    rotation.choose_junction_triad(e, e if ahead is None else ahead, NONE, False, triad)
+    junctions.choose_junction_triad(e, e if ahead is None else ahead, NONE, False, triad)
     if follow:
         old, triad = triad, np.empty((3, 3))
-        rotation.choose_junction_triad(e, e if ahead is None else ahead, old, True, triad)
+        junctions.choose_junction_triad(e, e if ahead is None else ahead, old, True, triad)
     return triad, np.array([e[1] @ triad[0], e[1] @ triad[1], e[2] @ triad[0]])
 
 
 def directors(variables, triad):
     """Directors (3, 3) of the junction, plainly from the definition."""
     e = np.empty((3, 3))
-    assert rotation.nodal_frame(*variables, triad, e)
+    assert junctions.nodal_frame(*variables, triad, e)
     return BODY @ e
 
 
@@ -261,7 +273,7 @@ def test_junction_frame_round_trip(seed, follow):
     e = random_frame(np.random.default_rng(seed))
     triad, variables = junction(e, follow)
     back = np.empty((3, 3))
-    assert rotation.nodal_frame(*variables, triad, back)
+    assert junctions.nodal_frame(*variables, triad, back)
     # the worst chart has s^2 = 1/3 and k^2/(1 - n^2) = 1/2: rounding grows by a few
     assert np.abs(back - e).max() < 5e-15
     if follow:
@@ -280,8 +292,8 @@ def test_junction_derivatives(seed, follow):
     e = random_frame(rng)
     ahead = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3)).apply(e)
     triad, x = junction(e, follow, ahead)
-    nodes, p, A1 = junction_node(), np.empty((3, 3)), np.empty((3, 3, 3))
-    assert rotation.place_directors(nodes, x[None], triad[None], p, A1) == -1
+    node, p, A1 = junction_node(), np.empty((3, 3)), np.empty((3, 3, 3))
+    assert nodes.place_directors(node, x[None], triad[None], p, A1) == -1
     assert np.abs(p - directors(x, triad)).max() < 1e-15
     step, unit = 1e-4, np.eye(3)
 
@@ -293,27 +305,25 @@ def test_junction_derivatives(seed, follow):
 
     def first(variables):
         there, A = np.empty((3, 3)), np.empty((3, 3, 3))
-        rotation.place_directors(nodes, variables[None], triad[None], there, A)
+        nodes.place_directors(node, variables[None], triad[None], there, A)
         return A
 
     numeric = np.stack([difference(lambda v: directors(v, triad), k) for k in range(3)], axis=2)
     assert np.abs(A1 - numeric).max() < 1e-10
     again = np.empty((3, 3, 3))
-    rotation.derivatives(nodes, triad[None], p, again)
+    nodes.derivatives(node, triad[None], p, again)
     assert np.abs(again - A1).max() < 1e-13
     second = np.stack([difference(first, k) for k in range(3)], axis=3)
     forces, H = rng.normal(size=(3, 3)), np.empty((3, 3))
-    rotation.curvature(nodes, 0, p, A1, triad[None], forces, np.zeros((1, 3)), H)
+    nodes.curvature(node, 0, p, A1, triad[None], forces, np.zeros((1, 3)), H)
     assert np.abs(H - np.einsum("dc,dckl->kl", forces, second)).max() < 1e-8
     rate = rng.normal(size=3)
-    step_data = (0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0)
-    scratch = (np.zeros((1, 3)), p.copy(), p.copy(), A1.copy(), np.zeros((1, 3)), np.zeros((3, 3)))
     velocity, acceleration = np.r_[np.zeros(3), rate], np.r_[np.zeros(3), rng.normal(size=3)]
-    motion = (None, None, x[None], triad[None], velocity, acceleration)
-    assert rotation.advance_nodes(nodes, (np.zeros(1), np.zeros(1), *motion[2:]), step_data,
-                                  np.zeros(6), scratch) == 0
+    work = nodal_work(1, 3)
+    assert nodes.advance_nodes(node, motion(x[None], triad[None], velocity, acceleration), AS_IT_IS,
+                               np.zeros(6), work) == -1
     p_ddot = A1 @ acceleration[3:] + np.einsum("dckl,k,l->dc", second, rate, rate)
-    assert np.abs(scratch[5] - p_ddot).max() < 1e-7
+    assert np.abs(work.inertial_p - p_ddot).max() < 1e-7
 
 
 @given(seeds, st.booleans())
@@ -327,22 +337,21 @@ def test_junction_switch_carries_spin(seed, follow):
     triad, _ = junction(there)
     x = np.array([[e[1] @ triad[0], e[1] @ triad[1], e[2] @ triad[0]]])
     back = np.empty((3, 3))
-    assume(rotation.nodal_frame(*x[0], triad, back) and np.abs(back - e).max() < 1e-12)
-    nodes, p, A1 = junction_node(), np.empty((3, 3)), np.empty((3, 3, 3))
+    assume(junctions.nodal_frame(*x[0], triad, back) and np.abs(back - e).max() < 1e-12)
+    node, p, A1 = junction_node(), np.empty((3, 3)), np.empty((3, 3, 3))
 
     def rates():
         """p, p_dot, p_ddot from the variables."""
-        rotation.place_directors(nodes, x, chart, p, A1)
-        scratch = (np.zeros((1, 3)), p.copy(), p.copy(), A1.copy(), np.zeros((1, 3)),
-                   np.zeros((3, 3)))
-        rotation.advance_nodes(nodes, (np.zeros(1), np.zeros(1), x, chart, velocity, acceleration),
-                               (0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0), np.zeros(6), scratch)
-        return p.copy(), A1 @ velocity[3:], scratch[5]
+        nodes.place_directors(node, x, chart, p, A1)
+        work = nodal_work(1, 3)
+        nodes.advance_nodes(node, moving, AS_IT_IS, np.zeros(6), work)
+        return p.copy(), A1 @ velocity[3:], work.inertial_p
 
     chart = triad[None].copy()
     velocity, acceleration = np.r_[np.zeros(3), spin], np.r_[np.zeros(3), change]
+    moving = motion(x, chart, velocity, acceleration)
     before = rates()
-    rotation.switch_charts(nodes, np.array([-1]), follow, 0.01, x, chart, velocity, acceleration)
+    nodes.switch_charts(node, np.array([-1]), follow, 0.01, moving)
     for old, new in zip(before, rates(), strict=True):
         # axes up to their limit: rates lose at most three digits
         assert np.abs(new - old).max() < 1e-11 * (1.0 + np.abs(before[2]).max())
@@ -360,26 +369,27 @@ def test_switching_a_moving_shell_changes_nothing(seed):
     model = spinning(base, omega, velocity)
     system = System(model)
     state = system.initial_state()
-    before, p = system.observe(state), system.p.copy()
+    before = system.observe(state)
+    p = before.start.p
     # put every node on its second-best axes: the next switch must bring it back
     for i, q in enumerate(p):
         axis = int(np.argsort(np.abs(q))[1])
-        if abs(q[axis]) * rotation.SWITCH_RATIO >= np.abs(q).max() or abs(q[axis]) < 0.25:
+        if abs(q[axis]) * charts.SWITCH_RATIO >= np.abs(q).max() or abs(q[axis]) < 0.25:
             continue
         first = system.numbering.start[i] + 3
         state.chart[i] = axes_triad(axis, q)
         state.variables[i, :2] = state.chart[i, :2] @ q
         state.velocity[first:first + 2] = state.chart[i, :2] @ model.normal_velocity[i]
     middle = system.observe(state)
-    system.follow = bool(rng.integers(2))
-    system.switch(state, 0.0)
+    Charts(model, system.numbering, bool(rng.integers(2))).renew(state, 0.0)
     after = system.observe(state)
-    assert np.abs(system.p - p).max() < 1e-14
-    for instant in (middle, after):
-        assert np.isclose(instant.kinetic, before.kinetic, rtol=1e-12)
-        assert abs(instant.strain - before.strain) < 1e-24 * 1e3
-        assert np.allclose(instant.linear_momentum, before.linear_momentum, atol=1e-13)
-        assert np.allclose(instant.angular_momentum, before.angular_momentum, atol=1e-12)
+    assert np.abs(after.start.p - p).max() < 1e-14
+    expected = before.observed
+    for seen in (middle.observed, after.observed):
+        assert np.isclose(seen.kinetic, expected.kinetic, rtol=1e-12)
+        assert abs(seen.strain - expected.strain) < 1e-24 * 1e3
+        assert np.allclose(seen.linear_momentum, expected.linear_momentum, atol=1e-13)
+        assert np.allclose(seen.angular_momentum, expected.angular_momentum, atol=1e-12)
 
 
 def test_every_component_becomes_the_largest():
@@ -387,11 +397,12 @@ def test_every_component_becomes_the_largest():
     plate = rectangle(1.0, 1.0, (1, 1), youngs=1e4)
     system = System(spinning(plate, (3.0, 4.0, 0.5), about=(0.5, 0.5, 0.0)), follow=False)
     state, seen = system.initial_state(), set()
-    record = StepRecord()
+    stepper, record = Stepper(system, Scheme(), Newton("full")), StepRecord()
+    place = system.observe(state)
     for k in range(400):
-        system.advance(state, Scheme(), Newton("full"), k * 0.01, 0.01, record)
+        stepper.advance(state, place, k * 0.01, 0.01, record)
         seen |= {int(np.argmax(np.abs(triad[2]))) for triad in state.chart}
-        assert np.abs(np.linalg.norm(system.p, axis=1) - 1.0).max() < 1e-15
+        assert np.abs(np.linalg.norm(place.start.p, axis=1) - 1.0).max() < 1e-15
     assert seen == {0, 1, 2}
     assert record.switches > 20
 

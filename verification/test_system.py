@@ -7,15 +7,16 @@ from scipy.spatial.transform import Rotation
 
 from corovec import Model
 from corovec.solver.dynamics.scheme import Scheme
-from corovec.solver.kernels import assembly
-from corovec.solver.kernels import charts as rotation
+from corovec.solver.kernels.arguments import Factors
+from corovec.solver.kernels.charts import first_derivatives, second_derivatives
 from corovec.solver.system.system import System
+from corovec.verification import reference_element
 from corovec.verification.helpers import (
     SOLVERS,
+    assemble,
     central_differences,
     full_matrix,
     make_system,
-    no_loads,
     static_system,
 )
 from corovec.verification.models import rectangle, spinning, warped_patch
@@ -64,10 +65,9 @@ def test_mass_matrix_is_the_metric_of_kinetic_energy():
                   velocity=rng.normal(size=plate.nodes.shape), normal_velocity=normal_velocity)
     system = make_system(model)
     state = system.initial_state()
-    kinetic = system.observe(state).kinetic
-    mass_only = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    system.assemble(state, mass_only, False, np.zeros(system.numbering.n_dof),
-                     no_loads(system))
+    kinetic = system.observe(state).observed.kinetic
+    mass_only = Factors(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assemble(system, state, mass_only, np.zeros(system.numbering.n_dof))
     M = full_matrix(system)
     assert np.isclose(0.5 * state.velocity @ M @ state.velocity, kinetic, rtol=1e-13)
     assert np.linalg.eigvalsh(M)[0] > 0.0
@@ -89,8 +89,8 @@ def test_initial_acceleration_includes_the_convective_term():
     for i, triad in enumerate(state.chart):
         p, p_dot = model.normals[i], model.normal_velocity[i]
         A1 = np.zeros((3, 3))
-        rotation.first_derivatives(p, triad, A1)
-        nn, nm, mm = rotation.second_derivatives(p, triad)
+        first_derivatives(p, triad, A1)
+        nn, nm, mm = second_derivatives(p, triad)
         p_ddot = A1[:, :2] @ state.acceleration[start[i] + 3:start[i] + 5]
         n_dot = triad[:2] @ p_dot
         p_ddot += n_dot @ [[nn, nm], [nm, mm]] @ n_dot * triad[2]
@@ -121,30 +121,27 @@ def test_material_may_vary_by_element():
     system = System(model)
     state = system.initial_state()
     state.x += rng.uniform(-0.02, 0.02, state.x.shape)
-    instant = system.observe(state)
-    from corovec.verification import reference_element
-    energies = [reference_element.energy(state.x[q], system.p[q], model.nodes[q],
+    place = system.observe(state)
+    energies = [reference_element.energy(state.x[q], place.start.p[q], model.nodes[q],
                                          model.normals[q], h[k], E[k], nu[k])
                 for k, q in enumerate(model.quads)]
-    assert np.allclose(system.element_energy, energies, rtol=1e-11)
-    assert np.isclose(instant.kinetic, 2.0 * system.elements.mass.sum(), rtol=1e-13)
+    assert np.allclose(place.start.energy, energies, rtol=1e-11)
+    assert np.isclose(place.observed.kinetic, 2.0 * system.elements.mass.sum(), rtol=1e-13)
 
 
 def test_observe_matches_the_oracle_of_strain_energy():
     """Sum of element energies equals the strain energy reported, and is that of the reference."""
-    from corovec.verification import reference_element
     rng = np.random.default_rng(8)
     model = warped_patch(rng)
     system = make_system(model)
     state = system.initial_state()
     delta = rng.uniform(-0.05, 0.05, system.numbering.n_dof)
-    assembly.accept(system._numbering, Scheme().end(0.1), delta, state.x, state.x_low,
-                    state.variables, state.velocity, state.acceleration)
-    instant = system.observe(state)
-    total = sum(reference_element.energy(state.x[q], system.p[q], model.nodes[q],
+    system.coordinates.accept(state, Scheme().end(0.1), delta)
+    place = system.observe(state)
+    total = sum(reference_element.energy(state.x[q], place.start.p[q], model.nodes[q],
                                          model.normals[q], 0.1, 1e6, 0.3) for q in model.quads)
-    assert np.isclose(instant.strain, total, rtol=1e-12)
-    assert np.isclose(system.element_energy.sum(), instant.strain, rtol=1e-14)
+    assert np.isclose(place.observed.strain, total, rtol=1e-12)
+    assert np.isclose(place.start.energy.sum(), place.observed.strain, rtol=1e-14)
 
 
 def test_sparse_pattern_covers_exactly_the_coupled_nodes():
@@ -152,9 +149,10 @@ def test_sparse_pattern_covers_exactly_the_coupled_nodes():
     system = make_system(warped_patch(np.random.default_rng(1)), "superlu")
     numbering = system.numbering
     n_nodes = len(numbering.start)
-    rows, columns = np.repeat(numbering.quads, 4, axis=1), np.tile(numbering.quads, (1, 4))
+    rows, columns = np.repeat(numbering.cells[0], 4, axis=1), np.tile(numbering.cells[0], (1, 4))
     graph = csr_array((np.ones(rows.size), (rows.ravel(), columns.ravel())),
                       shape=(n_nodes, n_nodes))
     graph.sum_duplicates()
-    assert system.solver._matrix.nnz == 25 * graph.nnz
-    assert triu(system.solver._matrix).nnz == len(system.solver.values)
+    matrix = system.solver.matrix()
+    assert matrix.nnz == 25 * graph.nnz
+    assert triu(matrix).nnz == len(system.solver.values)

@@ -87,20 +87,21 @@ class Dense:
 
     def complete(self):
         """The upper triangle, which an unsymmetric element would assemble."""
-        gauss.mirror(self._matrix())
+        gauss.mirror(self.matrix())
 
     def eliminate(self):
         """Factorize the completed matrix."""
-        failed = gauss.factor(self._matrix(), self._exchanges)
+        failed = gauss.factor(self.matrix(), self._exchanges)
         if failed != DONE:
             raise SingularMatrix(f"column {failed} of the dense matrix has no pivot")
 
     def solve(self, rhs):
         x = rhs.copy()
-        gauss.solve(self._matrix(), self._exchanges, x)
+        gauss.solve(self.matrix(), self._exchanges, x)
         return x
 
-    def _matrix(self):
+    def matrix(self):
+        """The full matrix (n, n)."""
         n = len(self._exchanges)
         return self.values.reshape(n, n)
 

@@ -78,7 +78,7 @@ def folded_error(kind, poisson, inclined):
     u, phi = u @ turn.T, phi @ turn.T
     system = make_system(model)
     state = system.initial_state()
-    system.observe(state)
+    A1_all = system.observe(state).start.A1
     n, start = system.numbering.n_dof, system.numbering.start
     K, exact, free = stiffness(system, state), np.zeros(n), np.zeros(n, dtype=bool)
     rim = np.isclose(nodes[:, 1] % 0.24, 0.0) | np.isclose(np.maximum(nodes[:, 0], nodes[:, 2]),
@@ -88,7 +88,7 @@ def folded_error(kind, poisson, inclined):
         n_rot = system.numbering.n_rot[i]
         rates = np.concatenate([np.cross(phi[i], model.normals[d])
                                 for d in range(first[i], first[i + 1])])
-        A1 = np.concatenate([system.A1[d][:, :n_rot] for d in range(first[i], first[i + 1])])
+        A1 = np.concatenate([A1_all[d][:, :n_rot] for d in range(first[i], first[i + 1])])
         exact[start[i]:start[i] + 3] = u[i]
         exact[start[i] + 3:start[i] + 3 + n_rot] = np.linalg.lstsq(A1, rates)[0]
         free[start[i]:start[i] + 3 + n_rot] = not rim[i]

@@ -5,14 +5,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from corovec import Model, NodalLoad, Support, solve_linear
+from corovec.solver.dynamics.newton import StepRecord
 from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.dynamics.settings import Newton
-from corovec.solver.system.system import StepRecord, System
+from corovec.solver.dynamics.stepping import Stepper
+from corovec.solver.system.system import System
 
 from ..case import Case, Row, at_least, small
 from ..element_oracle import DERIVATIVES, E, constants, evaluate, oracle
 from ..geometry import surface
-from ..helpers import central_differences, full_matrix, make_system, no_loads, relative, stiffness
+from ..helpers import assemble, central_differences, full_matrix, make_system, relative, stiffness
 from ..jacobian import newton, step_jacobian
 from ..models import random_quad, random_state, rectangle, spinning, warped_patch
 from ..shells import CLAMPED, twisted_strip
@@ -144,7 +146,7 @@ def run_momenta():
     for n, m in ((1, 1), (5, 3)):
         plate = rectangle(a, b, (n, m), thickness=h, density=rho)
         system = System(spinning(plate, omega, v, about=centre))
-        instant = system.observe(system.initial_state())
+        instant = system.observe(system.initial_state()).observed
         for name, error in (("mass", system.nodal_mass.sum() / mass - 1.0),
                             ("kinetic energy", instant.kinetic / kinetic - 1.0),
                             ("linear momentum", relative(instant.linear_momentum, mass * v)),
@@ -172,7 +174,7 @@ def run_step_tangent():
     rows, gaps = [], []
     for size, prototype in ((1e-4, 3e-5), (1e-2, 5e-3), (5e-2, 4e-2)):
         J = step_jacobian(system, state, step, size * direction)
-        system.assemble(state, step, False, size * direction, no_loads(system))
+        assemble(system, state, step, size * direction)
         gaps.append(relative(J, full_matrix(system)))
         rows.append(Row(f"increment {size:g}: decimal logarithm of |J - K| / |K|",
                         np.log10(gaps[-1]), np.log10(prototype), "other code", 0.5,
@@ -187,7 +189,8 @@ def run_step_tangent():
     rule = Newton("full", tolerance=1e-12, min_iterations=1, max_iterations=40)
     for dt, more in ((1e-4, 1), (1e-3, 1), (1e-2, 3)):
         system, record = System(model), StepRecord()
-        system.advance(system.initial_state(), Scheme(), rule, 0.0, dt, record)
+        state = system.initial_state()
+        Stepper(system, Scheme(), rule).advance(state, system.observe(state), 0.0, dt, record)
         rows.append(Row(f"dt = {dt:g}: iterations to cc = 1e-12, symmetric K and Jacobian",
                         record.iterations, exact_newton(model, dt, rule), "converged", more,
                         f"linear convergence at the rate of the gap: {more} more at most",

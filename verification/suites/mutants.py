@@ -21,17 +21,17 @@ ELEMENT = (
 
 SCHEME = (
     Mutant("angular momentum by one sum over nodes, Eq. (50) as printed", "dynamics/simulation.py",
-           '("angular_momentum", instant.angular_momentum)',
-           '("angular_momentum", instant.angular_momentum_printed)', ("conservation",)),
+           'OBSERVED = {"kinetic"', 'OBSERVED = {"angular_momentum_printed": "angular_momentum", '
+           '"angular_momentum": "angular_momentum_printed", "kinetic"', ("conservation",)),
     Mutant("T at the end of the step: not symmetric about its middle",
            "kernels/assembly.py",
-           "weight * dy[k, c]\n        _gather_vertices(p_mid,",
-           "dy[k, c]\n        _gather_vertices(p_end,",
+           "_move(y_0, dy, weight, y)\n        gather_vertices(work.p_mid,",
+           "_move(y_0, dy, 1.0, y)\n        gather_vertices(work.p_end,",
            ("conservation",)),
     Mutant("trapezoidal rule instead of the quasi scheme", "dynamics/scheme.py",
            '"quasi", choices=SCHEMES', '"newmark", choices=SCHEMES', ("conservation",)),
-    Mutant("junction's tangent without the derivative of its spins", "kernels/charts.py",
-           "                value += 0.5 * _dot(rate, total)\n", "                pass\n",
+    Mutant("junction's tangent without the derivative of its spins", "kernels/nodes.py",
+           "                value += 0.5 * dot(rate, total)\n", "                pass\n",
            ("junction-tangent",)),
     Mutant("variables in global axes", "dynamics/scheme.py", '"nodal", choices=AXES',
            '"global", choices=AXES', ("spin",)),

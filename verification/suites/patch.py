@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from corovec import Model, Support, load_control
+from corovec.solver.system.state import State
 
 from ..case import Case, Row, small
 from ..helpers import THIN, free_part, make_system, stiffness
@@ -50,8 +51,8 @@ def patch_error(kind, values, placement, thickness=1e-3, **options):
         turn = Rotation.from_rotvec(np.radians(120.0) * np.ones(3) / np.sqrt(3.0)).as_matrix()
         turned = Model(NODES @ turn.T, QUADS, thickness, 1e6, 0.25, 1.0)
         there = make_system(turned).initial_state()
-        moved.x, moved.variables, moved.chart = there.x, there.variables, there.chart
-    system.observe(moved)
+        moved = State(moved.motion._replace(x=there.x, variables=there.variables,
+                                            chart=there.chart))
     n, start = system.numbering.n_dof, system.numbering.start
     K = stiffness(system, moved)
     u, r = (field @ turn.T for field in state(kind, values))
