@@ -11,7 +11,7 @@ import numpy as np
 
 from corovec import Model, NodalLoad, Support, arc_length
 
-N, RADIUS, HALF, FORCE = 8, 2.54, 0.254, 3000.0  # elements a side, [m], [m], [N]
+N, RADIUS, HALF, FORCE = 12, 2.54, 0.254, 3000.0  # elements a side, [m], [m], [N]
 x, angle = (grid.ravel() for grid in np.meshgrid(np.linspace(0.0, HALF, N + 1),
                                                  np.linspace(0.0, 0.1, N + 1)))
 normals = np.column_stack([0.0 * x, np.sin(angle), np.cos(angle)])

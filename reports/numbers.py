@@ -97,7 +97,7 @@ def render(text, snapshot):
     def number(match):
         name, *rest = (part.strip() for part in match[2].split("|"))
         if name in TABLES:
-            shown = f"\n{TABLES[name](snapshot)}\n"
+            shown = f"\n\n{TABLES[name](snapshot)}\n\n"
         else:
             quantity, form = rest
             shown = _short(format(snapshot["convergence"][name]["summary"][quantity], form))
