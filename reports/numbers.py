@@ -15,8 +15,6 @@ import click
 
 from corovec.solver.errors import InputError
 
-from .parts import study_file, timing_file
-
 ROOT = Path(__file__).parents[1]
 SNAPSHOT = "docs/numbers.json"
 COMMAND = "corovec numbers FOLDER"
@@ -67,7 +65,7 @@ def collect(folder):
     """``{"convergence": {case: ...}, "timing": {table: ...}}`` of what is in a folder."""
     found = {"convergence": {}, "timing": {}}
     for case in CASES:
-        path = study_file(folder, case, folder.name)
+        path = folder / "convergence" / case / folder.name / "study.json"
         if path.exists():
             study = json.loads(path.read_text(encoding="utf-8"))
             end = max(row["until"] for row in study["drift"])
@@ -80,7 +78,7 @@ def collect(folder):
                 "drift": _part(drift, ("until", "dt", "energy_drift", "linear_momentum_drift",
                                        "angular_momentum_drift")),
                 "summary": {row["quantity"]: row["ours"] for row in study["summary"]}}
-    path = timing_file(folder, "table-2")
+    path = folder / "timing" / "table-2" / "timing.json"
     if path.exists():
         timing = json.loads(path.read_text(encoding="utf-8"))
         found["timing"]["table-2"] = {
