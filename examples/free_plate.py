@@ -1,4 +1,4 @@
-"""A flexible plate is hit at one corner, flies and vibrates: its energy stays where the pulse left it.
+"""A flexible plate is hit at one corner, flies and vibrates: its energy stays as the pulse left it.
 
 Usage: python free_plate.py [PICTURE]
 """

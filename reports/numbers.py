@@ -2,8 +2,8 @@
 
 ``docs/numbers.json`` is a snapshot of a reproduction: what the Markdown shows of ``study.json`` and
 ``timing.json``, with the commit and the machine of each.  In the Markdown a number stands between
-``<!-- number: NAME ... -->`` and ``<!-- end -->``, where NAME is one of ``TABLES`` (the rest of the
-line belongs to a table) or ``CASE`` followed by a quantity of the study's summary and a format, as in
+``<!-- number: NAME ... -->`` and ``<!-- end -->``, where NAME is one of ``TABLES``, or a case
+followed by a quantity of its study's summary and a format, as in
 ``<!-- number: l-plate | slope, finest mesh as reference | .2f -->-1.73<!-- end -->``.
 """
 
@@ -49,16 +49,16 @@ def numbers(folder):
             raise InputError(f"{folder} holds no study.json and no timing.json")
         snapshot = {kind: {**snapshot[kind], **found[kind]} for kind in snapshot}
         path.write_text(json.dumps(snapshot, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    for page in pages():
+    for page in pages(ROOT):
         old = page.read_text(encoding="utf-8")
         if (new := render(old, snapshot)) != old:
             page.write_text(new, encoding="utf-8")
             click.echo(f"{page.relative_to(ROOT)} written anew")
 
 
-def pages():
-    """Markdown files that may show numbers."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+def pages(root):
+    """Markdown files of a checkout that may show numbers."""
+    return [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
 
 
 def collect(folder):
@@ -105,8 +105,8 @@ def render(text, snapshot):
 
 def _energies(snapshot):
     """All cases and meshes: energies, orders, drifts."""
-    lines = ["| case, elements | printed [J] | ours [J] | p printed, ours | until, dt [s] | E drift "
-             "| L drift | J drift |", "|---|---|---|---|---|---|---|---|"]
+    lines = ["| case, elements | printed [J] | ours [J] | p printed, ours | until, dt [s] "
+             "| E drift | L drift | J drift |", "|---" * 8 + "|"]
     for case in CASES:
         study = snapshot["convergence"][case]
         mesh, drift = study["mesh"], study["drift"]
