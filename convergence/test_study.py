@@ -183,15 +183,16 @@ def labels(text):
     return [re.split(r"  +|[:,] |\d", line.strip())[0] for line in text.splitlines()]
 
 
-def test_readme_shows_a_study_as_it_is_printed(capsys):
+def test_documentation_shows_a_study_as_it_is_printed(capsys):
     """The same lines, and as many verdicts: a study that was pasted before it changed is old."""
     case_study = CaseStudy("l-plate")
     _, frames, _ = found(case_study)
     show(case_study, frames, "folder")
     shown = capsys.readouterr().out
     shown = shown[shown.index("\n") + 1:shown.index("\nruns:") + 1]
-    readme = Path(__file__).parents[1].joinpath("README.md").read_text(encoding="utf-8")
-    block = re.search(r"```\n( elements  printed.*?)```", readme, re.DOTALL)[1]
+    page = Path(__file__).parents[1] / "docs" / "convergence.md"
+    text = page.read_text(encoding="utf-8")
+    block = re.search(r"```\n( elements  printed.*?)```", text, re.DOTALL)[1]
     assert labels(block) == labels(shown)
     verdicts = re.search("verdicts: (.*)", block)[1]
     assert sum(map(int, re.findall(r"\d+", verdicts))) == len(frames["verdicts"])
