@@ -31,7 +31,8 @@ def claims(case, runs):
     """``{figure: rows}`` of a case.
 
     Args:
-        case: its name; runs: ``{elements: contents}`` of ``read``.
+        case: its name.
+        runs: ``{elements: contents}`` of ``read``.
     """
     finest = runs[max(runs)]
     energy, linear, angular, printed = _conserved(finest)
