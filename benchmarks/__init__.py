@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from corovec.solver.errors import InputError
+from corovec.solver.input.files import read_model
 
 FOLDER = Path(__file__).parent
 
@@ -25,7 +26,6 @@ def load_case(name):
         InputError: unknown name, or a file with errors (all of them, each with its path in the
             file).
     """
-    from corovec.solver.input.files import read_model
     if name not in case_names():
         raise InputError(f"case '{name}' is unknown, must be one of: {', '.join(case_names())}")
     return read_model(FOLDER / f"{name}.toml")

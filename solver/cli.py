@@ -80,10 +80,12 @@ def main():
 
 
 def _in_options(message):
-    """An error of Python with the options for the names of its arguments, such as ``rho_inf``."""
-    options = {option.name: option.opts[0] for option in _settings_options()}
-    return re.sub(r"(?<![\w./-])[a-z]+(_[a-z]+)+(?![\w./-])",
-                  lambda name: options.get(name[0], name[0]), message)
+    """An error of Python with options for the names of its arguments, such as ``rho_inf``; those
+    that are plain words, such as ``scheme``, read well either way."""
+    options = {option.name: option.opts[0] for option in _settings_options() if "_" in option.name}
+    options |= {"overwrite": "--overwrite", "resume": "--resume"}
+    return re.sub(rf"(?<![\w./-])({'|'.join(options)})(?![\w./-])",
+                  lambda name: options[name[0]], message)
 
 
 def _fail(message, status):

@@ -328,7 +328,7 @@ def test_peers_that_are_missing_are_reported_as_missing(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("wrong, said", [
-    (("--elements", "31"), "case l-plate has no mesh of 31"), (("--dt", "0"), "dt must be"),
+    (("--elements", "31"), "model l-plate has no mesh of 31"), (("--dt", "0"), "dt must be"),
     (("--end-time", "0"), "end_time must be"), (("--dt", "nan"), "dt must be"),
     (("--end-time", "1.005", "--dt", "0.01"), "not a multiple"),
     (("--output", "no/such/folder.json"), "no folder")])

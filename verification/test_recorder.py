@@ -14,6 +14,7 @@ import pytest
 
 from corovec import (
     InputError,
+    Newton,
     ResultFileError,
     Scheme,
     Settings,
@@ -417,6 +418,14 @@ def test_existing_file_is_not_overwritten(tmp_path, model):
     assert path.read_bytes() == b"precious"
     simulate(model, settings, output=path, overwrite=True)
     assert read(path)["step"] == 10
+
+
+def test_other_nested_settings_are_refused_by_name(tmp_path, model):
+    path = tmp_path / "run.h5"
+    simulate(model, Settings(dt=0.01, end_time=0.1), output=path)
+    with pytest.raises(ResultFileError, match="newton.tolerance is 1e-06 there and 1e-08 here"):
+        simulate(model, Settings(dt=0.01, end_time=0.1, newton=Newton(tolerance=1e-8)),
+                 output=path, resume=True)
 
 
 def test_foreign_file_is_refused(tmp_path, model):

@@ -159,8 +159,10 @@ def _flat(settings):
     """Nested settings as one dictionary, with names such as ``scheme.rho_inf``."""
     flat = {}
     for name, value in settings.items():
-        inner = _flat(value) if isinstance(value, dict) else None
-        flat |= {name: value} if inner is None else {f"{name}.{k}": v for k, v in inner.items()}
+        if isinstance(value, dict):
+            flat |= {f"{name}.{inner}": v for inner, v in _flat(value).items()}
+        else:
+            flat[name] = value
     return flat
 
 
