@@ -4,6 +4,7 @@ import json
 import shutil
 import sys
 from importlib import import_module
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -54,7 +55,7 @@ title = "Energies"
 kind = "energies"
 """
 
-PLAN = "\n[quick]\nfifth = [{ elements = 120, dt = 4e-5, end_time = 0.006, frame_every = 25 }]\n"
+PLAN = "fifth = [{ elements = 120, dt = 4e-5, end_time = 0.006, frame_every = 25 }]\n"
 
 FINDING = """
 [[beyond.finding]]
@@ -86,6 +87,27 @@ def extended(path, folder, text):
     return copy
 
 
+def inserted(path, folder, text, before):
+    """A copy of a file in ``folder`` with ``text`` before some other."""
+    copy = extended(path, folder, "")
+    head, found, tail = copy.read_text(encoding="utf-8").partition(before)
+    assert found
+    copy.write_text(head + text + found + tail, encoding="utf-8")
+    return copy
+
+
+@pytest.fixture(autouse=True)
+def files_are_read_again():
+    """What a test has read of its copies is forgotten."""
+    yield
+    clear()
+
+
+def clear():
+    for cached in (load_case, drawings.benchmarks, parts.plan):
+        cached.cache_clear()
+
+
 @pytest.fixture
 def fifth(tmp_path, monkeypatch):
     """A fifth benchmark of the page, by its files alone."""
@@ -97,36 +119,27 @@ def fifth(tmp_path, monkeypatch):
     monkeypatch.setattr(benchmarks, "FOLDER", folder)
     monkeypatch.setattr(study, "PRINTED", extended(study.PRINTED, data, PRINTED))
     monkeypatch.setattr(drawings, "DRAWINGS", extended(drawings.DRAWINGS, data, DRAWINGS))
-    (data / "plan.toml").write_text(PLAN, encoding="utf-8")
-    monkeypatch.setattr(parts, "PLAN", data / "plan.toml")
-    monkeypatch.setattr(parts, "plan", parts.plan.__wrapped__)
-    caches = load_case, drawings.benchmarks
-    for cached in caches:
-        cached.cache_clear()
-    yield "fifth"
-    for cached in caches:
-        cached.cache_clear()
-
-
-def in_this_process(command, log):
-    """What ``reproduce`` would run in another process, which would not see the copies."""
-    done = CliRunner().invoke(cli, command[3:])
-    log.write(done.output)
-    return type("Ended", (), {"returncode": done.exit_code})
+    monkeypatch.setattr(parts, "PLAN", inserted(parts.PLAN, data, PLAN, before="\n[full]"))
+    clear()
+    return "fifth"
 
 
 @pytest.fixture
 def here(monkeypatch):
-    monkeypatch.setattr("corovec.reports.reproduce.subprocess.run",
-                        lambda command, stdout, **_: in_this_process(command, stdout))
+    """Parts run in this process: another one would not see the copies."""
+    def run(command, stdout, **_):
+        done = CliRunner().invoke(cli, command[3:])
+        stdout.write(f"{done.output}\n{done.exception or ''}")
+        return SimpleNamespace(returncode=done.exit_code)
+
+    monkeypatch.setattr("corovec.reports.reproduce.subprocess",
+                        SimpleNamespace(run=run, DEVNULL=None))
 
 
-def test_a_benchmark(fifth, here, tmp_path, monkeypatch):
-    """Listed, run, and on the page with its tables, figures and verdicts; nothing else is edited."""
+def test_a_benchmark(fifth, here, tmp_path):
+    """Listed, run, and on the page with its tables, figures and verdicts; nothing else edited."""
     assert fifth in case_names()
     assert "fifth" in CliRunner().invoke(cli, ["list"]).output
-    monkeypatch.setattr(parts, "plan", lambda size: {
-        **dict.fromkeys(drawings.benchmarks(), []), **parts.plan.__wrapped__(size)})
     folder = tmp_path / "results"
     chosen = parts.select(parts.parts(SIZE, folder), ["run-fifth-120", "claims-fifth"])
     assert run_parts(chosen, folder, 1) == 0
@@ -149,16 +162,13 @@ def test_a_verification_row(tmp_path, monkeypatch):
     assert [row["verdict"] for row in case["rows"]] == ["match", "deviates (open)"]
 
 
-def test_a_figure_of_a_known_kind_and_a_finding(here, tmp_path, monkeypatch):
+def test_a_figure_of_a_known_kind_and_a_finding(tmp_path, monkeypatch):
     """An entry of drawings.toml and one of findings.toml: on the page, with the evidence."""
-    text = drawings.DRAWINGS.read_text(encoding="utf-8")
-    before = '[[plates.figures]]\nlabel = "Figure 15"'
     entry = ('[[plates.figures]]\nlabel = "Figure 14b"\ntopic = "mesh"\n'
              '[[plates.figures.drawings]]\nname = "figure-14b"\ntitle = "Again"\nkind = "mesh"\n\n')
-    (tmp_path / "drawings.toml").write_text(text.replace(before, entry + before), encoding="utf-8")
-    monkeypatch.setattr(drawings, "DRAWINGS", tmp_path / "drawings.toml")
-    monkeypatch.setattr(drawings, "benchmarks", drawings.benchmarks.__wrapped__)
-    monkeypatch.setattr(page, "benchmarks", drawings.benchmarks)
+    monkeypatch.setattr(drawings, "DRAWINGS", inserted(
+        drawings.DRAWINGS, tmp_path, entry, '[[plates.figures]]\nlabel = "Figure 15"'))
+    clear()
     monkeypatch.setattr(page, "FINDINGS", extended(page.FINDINGS, tmp_path, FINDING))
     folder = tmp_path / "results"
     path = parts.suite_file(folder, "kernel")
