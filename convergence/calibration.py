@@ -33,7 +33,8 @@ def calibrate(case, elements, *, dt=None, progress=None):
     """Find the factor of the loads of ``case`` that gives the printed energy after unloading.
 
     Args:
-        case: name of the case; elements: the mesh, one whose energy is printed.
+        case: name of the case.
+        elements: the mesh, one whose energy is printed.
         dt: time step [s], by default 1/200 of the loading time.
         progress: called as ``progress(factor, energy)`` after each run.
 

@@ -1,6 +1,6 @@
 """Many runs: each with one result file, never computed twice; or in memory, for studies of models.
 
->>> from convergence import run_many
+>>> from corovec.convergence import run_many
 >>> results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
 """
 
@@ -26,10 +26,12 @@ class Outcome:
     """What became of a run.
 
     Attributes:
-        run: the ``Run``; path: its result file.
+        run: the ``Run``.
+        path: its result file.
         status: ``finished`` now, ``cached`` from an earlier campaign, or ``failed``.
         error: why it failed.
-        seconds: of the process that finished it; begun_at: the step at which that one took over.
+        seconds: of the process that finished it.
+        begun_at: the step at which that process took over.
         description: what the file says of solver, versions and machine.
     """
 
@@ -63,7 +65,8 @@ class Campaign:
     progress bar on standard error where that is a terminal.
 
     Args:
-        folder: where the result files are; workers: ``Workers``.
+        folder: where the result files are.
+        workers: ``Workers``.
         notify: called with a line of text when a run fails or a file is found damaged.
 
     Raises:

@@ -52,10 +52,12 @@ class Size:
     """How much is computed.
 
     Attributes:
-        meshes: how many meshes at most, the coarsest, None for all; elements: those beyond the
-            second have at most so many elements.
-        steps: most steps until unloading in the temporal study; drift_steps: in the drift study.
-        mesh_work, work: elements times steps of a run of the mesh study, and of the others.
+        meshes: how many meshes at most, the coarsest, None for all.
+        elements: meshes beyond the second have at most so many elements.
+        steps: most steps until unloading in the temporal study.
+        drift_steps: most steps until unloading in the drift study.
+        mesh_work: elements times steps of a run of the mesh study.
+        work: elements times steps of the other runs.
         drift_levels: how many time steps the drift study compares.
         flight: end of the drift study as a multiple of the unloading time; None: the paper's.
         paper_step: whether the mesh study takes the paper's time step.

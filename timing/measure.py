@@ -23,8 +23,8 @@ class Effort:
     """How much is measured.
 
     Attributes:
-        rounds: repetitions of every measurement; long_rounds: of single calls above
-            ``LONG_CALL`` seconds.
+        rounds: repetitions of every measurement.
+        long_rounds: repetitions of single calls above ``LONG_CALL`` seconds.
         round_seconds: CPU seconds that a round may take; it does as many steps as fit, at least
             one, at most the table's 100 or 10.
         step_seconds: longest whole step of a dense solver; beyond, single calls are timed.
@@ -102,7 +102,10 @@ class Stepper:
     with a new matrix in each iteration.
 
     Attributes:
-        system, state: of the model; done: steps so far; record: iterations and so on, in sum.
+        system: of the model.
+        state: of the model, at the end of the last step.
+        done: steps so far.
+        record: iterations and so on, in sum.
     """
 
     def __init__(self, model, dt, method="auto"):
