@@ -1,6 +1,6 @@
 """The paper's figures: what each shows, how it is drawn, and which are the same picture.
 
-Which benchmarks and figures there are, and their order, stands in ``drawings.toml``.
+Which benchmarks and figures there are, and in which order, stands in ``drawings.toml``.
 """
 
 import tomllib

@@ -37,9 +37,12 @@ def open_together(paths):
 def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
     """``{name: function}`` of all figures; each function draws one and returns it with its table.
 
-    Args: ``at``: initial places (x, y, z) of nodes whose displacement is drawn [m]; ``interval``
-    between the frames of the motion [s]; ``scale`` of the displacements; ``view`` (elevation,
-    azimuth) [degrees].
+    Args:
+        recordings: of ``open_together``.
+        at: initial places (x, y, z) of nodes whose displacement is drawn [m].
+        interval: between the frames of the motion [s].
+        scale: of the displacements.
+        view: (elevation, azimuth) [degrees].
 
     Raises:
         InputError: a place without a node, or an interval longer than a run.

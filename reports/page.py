@@ -141,7 +141,7 @@ def _times(shown, results):
 def _recordings(case, size, results):
     """(recordings of the finished runs of a case, the coarsest first; lacks of the others)."""
     read = [results.read(f"run-{case}-{elements}")
-            for elements in sorted(run["elements"] for run in plan(size)[case])]
+            for elements in sorted(run["elements"] for run in plan(size).get(case, ()))]
     return ([recording for recording, _ in read if recording],
             [lack for _, lacks in read for lack in lacks])
 

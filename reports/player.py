@@ -23,7 +23,8 @@ def player(recording, every=None):
     """The player's data of a ``Recording``, ready for JSON.
 
     Args:
-        recording: the run; every: frames taken, each n-th; default: at most ``MOST_FRAMES``.
+        recording: the run.
+        every: frames taken, each n-th; default: at most ``MOST_FRAMES``.
 
     Returns:
         dict: counts, times [s], energies [J], the centre's path [m], the map of colours, and the

@@ -24,8 +24,8 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
         chosen: ``Part`` s, each after its inputs.
         folder: of all results.
         jobs: parts at a time.
-        tell: called with a line of text as parts end; running: called with the names of the parts
-            that run, and how many have ended of how many.
+        tell: called with a line of text as parts end.
+        running: called with the names of the parts that run, and how many have ended of how many.
 
     Returns:
         int: how many parts failed.

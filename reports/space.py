@@ -33,8 +33,8 @@ class View:
     """A parallel projection, seen from an elevation and an azimuth [degrees].
 
     Attributes:
-        eye: unit vector from the scene to the eye; screen: (2, 3), unit vectors to the right and
-            upwards.
+        eye: (3,) unit vector from the scene to the eye.
+        screen: (2, 3) unit vectors to the right and upwards.
     """
 
     def __init__(self, elevation, azimuth):

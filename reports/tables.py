@@ -35,8 +35,11 @@ class Cell:
     """A verdict of the page: a row of a table, or a cell of the first screen's grid.
 
     Attributes:
-        label: what is judged; verdict: one of ``VERDICTS``; topic: what it is about, in few words.
-        detail: how many rows have which verdict; href: the section that shows it.
+        label: what is judged.
+        verdict: one of ``VERDICTS``.
+        topic: what it is about, in few words.
+        detail: how many rows have which verdict.
+        href: the section that shows it.
     """
 
     label: str
@@ -56,7 +59,9 @@ class Table:
     """A table of the page: heads, rows of text, notes below.
 
     Attributes:
-        name: caption; columns: heads; rows: texts, verdicts as ``Cell`` s.
+        name: caption.
+        columns: heads.
+        rows: texts, verdicts as ``Cell`` s.
         notes: sentences below.
     """
 
@@ -87,7 +92,8 @@ def energies(study, printed):
     """Tables 1, 3, 5, 7: energy after unloading, mesh by mesh.
 
     Args:
-        study: contents of ``study.json``, None if it was not run; printed: of ``printed.toml``.
+        study: contents of ``study.json``, None if it was not run.
+        printed: of ``printed.toml``.
     """
     ours = {row["elements"]: row for row in study["mesh"]} if study else {}
     verdict = {row["name"]: row["verdict"] for row in study["verdicts"]} if study else {}
@@ -124,7 +130,8 @@ def times(name, timing):
     """Tables 2, 4, 6, 8: CPU times of each solver.
 
     Args:
-        name: of ``TABLES``; timing: contents of ``timing.json``, or None.
+        name: of ``TABLES``.
+        timing: contents of ``timing.json``, or None.
     """
     ours = {(row["elements"], row["method"]): row
             for row in timing["tables"][f"{name}-times"]} if timing else {}

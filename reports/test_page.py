@@ -335,6 +335,41 @@ def test_suite_that_breaks_off_is_no_deviation(tmp_path, monkeypatch, complete):
     assert reproduce.run_parts([part], tmp_path, 1) == (not complete)
 
 
+def test_claims_follow_their_runs(tmp_path, monkeypatch):
+    """They are run last, with the files of the runs that are finished, and again when one changes;
+    without a finished run what they wrote is not shown."""
+    (claims,) = parts.select(parts.parts(SIZE, tmp_path), ["claims-l-plate"])
+    runs, ran = list(claims.inputs), []
+
+    def run(command, **_):
+        name, path = command[3], Path(command[command.index("--output") + 1])
+        ran.append([Path(word).stem for word in command[4:] if word.endswith(".h5")])
+        path.write_text(json.dumps({"figures": {}, "run": len(ran)}), encoding="utf-8")
+        return SimpleNamespace(returncode=name == "run" and path.stem == "l-plate-480")
+
+    monkeypatch.setattr(reproduce, "subprocess", SimpleNamespace(run=run, DEVNULL=None))
+    assert [part.name for part in runs] == [f"run-l-plate-{n}" for n in (30, 120, 480)]
+    assert reproduce.run_parts([*runs, claims], tmp_path, 1) == 1
+    assert len(ran) == 4 and ran[-1] == ["l-plate-30", "l-plate-120"]
+    assert Results(SIZE, tmp_path).read(claims.name)[0]["run"] == 4
+    stamps = Stamps(tmp_path / "parts")
+    assert stamps.finished(claims)
+    finish(tmp_path, "run-l-plate-480")
+    assert not stamps.finished(claims)
+    assert parts.status(claims, stamps) == "finished, earlier sources or runs"
+    assert Results(SIZE, tmp_path).read(claims.name)[0] is None
+    assert reproduce.run_parts([claims], tmp_path, 1) == 0
+    assert ran[-1] == ["l-plate-30", "l-plate-120", "l-plate-480"] and stamps.finished(claims)
+
+
+def test_every_figure_that_claims_something_is_on_the_page():
+    """And what it claims is known; figures of a study have no claims of their own."""
+    for case, shown in drawings.benchmarks().items():
+        claimed = claims.claims(case, {})
+        studied = {label for label, (figure, _) in shown.verdicts.items() if figure.of_study}
+        assert set(claimed) == set(shown.verdicts) - studied
+
+
 def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
     suite = parts.suite_file(tmp_path, "good")
     good = Part("verify-good", "verify", ("verify", "rigid-momenta", "--output", str(suite),

@@ -14,10 +14,18 @@ class Cell:
     """Both CPU times of one mesh and method of a table.
 
     Attributes:
-        table, case, mesh, elements, method: which one.
-        unit, per_unit, run: as printed, texts.
-        unit_steps: steps of the unit as read; steps: of the paper's whole run.
-        seconds, run_seconds: CPU time per unit and of the run as read [s].
+        table: name of the table.
+        case: name of the benchmark.
+        mesh: as the table names it.
+        elements: of the mesh.
+        method: ``skyline`` or ``dense``.
+        unit: of the times, as printed.
+        per_unit: CPU time per unit, as printed.
+        run: CPU time of the whole run, as printed.
+        unit_steps: steps of the unit as read.
+        steps: of the paper's whole run.
+        seconds: CPU time per unit as read [s].
+        run_seconds: CPU time of the run as read [s].
         printed_seconds: CPU time per unit without the errata [s].
         estimated: whether the paper marks the run as an estimate.
         errata: what was read differently, with the arithmetic; empty if nothing.

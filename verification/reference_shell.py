@@ -18,7 +18,8 @@ def solve_linear(model, **forms):
     """Linear solution as ``solve_linear`` gives it, for nodal forces.
 
     Args:
-        model: ``Model``; forms: ``membrane`` and ``shear`` of the reference element.
+        model: ``Model``.
+        forms: ``membrane`` and ``shear`` of the reference element.
 
     Returns:
         (displacement (n_nodes, 3) [m], change of the normals (n_nodes, 3)).

@@ -1,4 +1,4 @@
-"""The paper's four benchmarks as data: meshes, loads, provenance, calibration, bad files."""
+"""The paper's benchmarks as data: meshes, loads, provenance, calibration, bad files."""
 
 import json
 
@@ -301,8 +301,8 @@ def test_calibrate_command(tmp_path, monkeypatch):
 
 def test_list_shows_all_cases():
     listing = corovec("list").stdout
-    assert case_names() == tuple(sorted(NODES))
-    for name in NODES:
+    assert set(case_names()) >= set(NODES)
+    for name in case_names():
         assert f"{load_case(name).title}" in listing
     for text in ("[printed]", "[derived]", "[assumed]", "[calibrated]", "acts along"):
         assert text in listing

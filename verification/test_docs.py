@@ -12,11 +12,6 @@ import corovec
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 
-MERGED = False
-"""The pages name functions as they will be; True (then delete this) once they are there."""
-
-pending = pytest.mark.xfail(not MERGED, reason="names of the restructured solver", strict=False)
-
 ROW = re.compile(r"^\| (.*) \| `([\w.]+)` \| `([\w/]+)\.py` \|$", re.MULTILINE)
 
 REQUIRED = (1, 3, 4, 7, 8, 10, 15, 16, 24, 27, 28, 29, 34, 37, 40, 45, 49, 50, 55, 56, 57, 58, 60,
@@ -32,7 +27,6 @@ ROWS = dict.fromkeys((module, function)
                      for _, function, module in ROW.findall(text_of("equations.md")))
 
 
-@pending
 @pytest.mark.parametrize(("module", "function"), ROWS,
                          ids=lambda value: value.rsplit("/", 1)[-1])
 def test_function_of_an_equation_exists(module, function):
@@ -48,13 +42,11 @@ def test_table_of_equations_is_complete():
     assert set(REQUIRED) <= listed
 
 
-@pending
 def test_api_shows_every_public_name():
     shown = re.findall(r"^::: corovec\.(\w+)$", text_of("api.md"), re.MULTILINE)
     assert sorted(shown) == sorted(corovec.__all__)
 
 
-@pending
 def test_model_file_is_read(tmp_path):
     """The one of ``own-shell.md``, on both its meshes."""
     read_model = importlib.import_module("corovec.solver.input.files").read_model

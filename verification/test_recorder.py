@@ -29,7 +29,7 @@ from corovec import (
 )
 from corovec.benchmarks import load_case
 from corovec.solver.results import recorder
-from corovec.solver.statics import path as statics
+from corovec.solver.statics import arc_length as statics
 from corovec.verification.helpers import COMMAND, corovec
 from corovec.verification.models import cross_code_plate
 from corovec.verification.shells import roof, strip
@@ -41,7 +41,7 @@ STATIC_RUN = """
 import sys, time
 import numpy as np
 from corovec import StaticSettings, arc_length, line_load, load_control
-from corovec.solver.statics import path as statics
+from corovec.solver.statics import arc_length as statics
 from corovec.verification.shells import roof, strip
 
 method, path = sys.argv[1:]

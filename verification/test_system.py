@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from corovec import Model
 from corovec.solver.dynamics.scheme import Scheme
-from corovec.solver.kernels.arguments import Factors
+from corovec.solver.kernels.arguments import MASS_ONLY
 from corovec.solver.kernels.charts import first_derivatives, second_derivatives
 from corovec.solver.system.system import System
 from corovec.verification import reference_element
@@ -66,8 +66,7 @@ def test_mass_matrix_is_the_metric_of_kinetic_energy():
     system = make_system(model)
     state = system.initial_state()
     kinetic = system.observe(state).observed.kinetic
-    mass_only = Factors(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assemble(system, state, mass_only, np.zeros(system.numbering.n_dof))
+    assemble(system, state, MASS_ONLY, np.zeros(system.numbering.n_dof))
     M = full_matrix(system)
     assert np.isclose(0.5 * state.velocity @ M @ state.velocity, kinetic, rtol=1e-13)
     assert np.linalg.eigvalsh(M)[0] > 0.0

@@ -142,7 +142,7 @@ class Iteration:
                 raise NotConverged("the matrix of an earlier step does not serve any more")
             delta = delta + correction
             wanted = _wanted(rule) * first
-            if k >= rule.least and (work <= floor or _ends(rule, work, first, left, wanted, new)):
+            if k >= rule.least and (work <= floor or ends(rule, work, first, left, wanted, new)):
                 if k - made > kept.patience:
                     kept.forget()
                 if system.inside(problem.state, problem.step, delta):
@@ -193,7 +193,7 @@ class Iteration:
         return correction, work
 
 
-def _ends(rule, work, first, left, wanted, new):
+def ends(rule, work, first, left, wanted, new):
     """Eq. (67): whether a correction is the last, with the work that it does, the first did, and
     the ratio to the one before; ``new``: whether it has its own matrix."""
     if not rule.keep or new:

@@ -208,7 +208,7 @@ def strains_at(constants, place, strains):
 
 
 @njit(cache=True)
-def _average(weight, alpha_f, end, start):
+def average_strains(weight, alpha_f, end, start):
     """Eq. (70): ``end <- (1 - alpha_f) end + alpha_f start``"""
     for k in range(3):
         for c in range(3):
@@ -220,21 +220,21 @@ def _average(weight, alpha_f, end, start):
 
 
 @njit(cache=True)
-def _local_forces(constants, strains, local):
+def local_forces(constants, strains, local):
     """``LocalForces`` of averaged strains, Eq. (68)."""
     element.local_forces(constants.l, constants.Q, constants.k_b, strains.t, strains.b, strains.e,
                          local.B, local.f, local.g)
 
 
 @njit(cache=True)
-def _forces_at(place, diagonals, local, f_x, f_p):
+def forces_at(place, diagonals, local, f_x, f_p):
     """``T^T f_int``, Eq. (45b), of a configuration whose frame is known."""
     element.rotated_positions(place.R, place.y, place.p, place.yl, place.r)
     element.global_forces(place.R, diagonals, place.yl, place.r, local.f, local.g, f_x, f_p)
 
 
 @njit(cache=True)
-def _inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
+def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
     """``m_ij x_ddot_j``, ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
     for i in range(4):
         for c in range(3):
@@ -245,7 +245,7 @@ def _inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
 
 
 @njit(cache=True)
-def _add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
+def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
     """``ke <- stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
     for i in range(4):
         for j in range(i + 1):
@@ -263,7 +263,7 @@ def _add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
 
 
 @njit(cache=True)
-def _scatter(storage, dofs, members, v, ke_, values):
+def scatter(storage, dofs, members, v, ke_, values):
     """Add lane ``v`` of the lower triangle ``ke_`` (24 * 24, WIDTH) to the solver's storage.
 
     Held dofs are skipped.  Loops of constant length and unsigned indices, which are never counted
@@ -327,19 +327,19 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
     work.ends_p[:] = 0.0
     if with_tangent:
         values[:] = 0.0
-    _add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
+    add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
                   values, work)
-    _reduce(dofs, motion.chart, averaged, start.p, loads, residual, work)
+    reduce(dofs, motion.chart, averaged, start.p, loads, residual, work)
     if with_tangent:
         force_p = work.ends_p[0] if predicted.used else work.force_p
-        _add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work, force_p,
+        add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work, force_p,
                        values)
         _hold(dofs, storage, values)
     return DONE
 
 
 @njit(cache=True)
-def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
+def add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
                   values, work):
     """Internal and inertial forces of all elements, and their matrices."""
     n_s = elements.l.shape[1]
@@ -370,15 +370,15 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
         _move(y_0, dy, 1.0, y)
         gather_vertices(work.p_end, these.directors, p_)
         diagonals = strains_at(fixed, place, strains)
-        _average(weight, alpha_f, strains, before)
-        _local_forces(fixed, strains, local)
+        average_strains(weight, alpha_f, strains, before)
+        local_forces(fixed, strains, local)
 
         if averaged:
-            _forces_at(place, diagonals, local, f_x, f_p)
+            forces_at(place, diagonals, local, f_x, f_p)
             _add(weight, f_x_, these.nodes, work.force_x)
             _add(weight, f_p_, these.directors, work.ends_p[0])
             gather_vertices(start.p, these.directors, p_)
-            _forces_at(first_place, element.frame(y_0, R), local, f_x, f_p)
+            forces_at(first_place, element.frame(y_0, R), local, f_x, f_p)
             _add(alpha_f, f_x_, these.nodes, work.force_x)
             _add(alpha_f, f_p_, these.directors, work.ends_p[1])
 
@@ -386,14 +386,14 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
         _move(y_0, dy, weight, y)
         gather_vertices(work.p_mid, these.directors, p_)
         diagonals = element.frame(y, R)
-        _forces_at(place, diagonals, local, f_x, f_p)
+        forces_at(place, diagonals, local, f_x, f_p)
         if not averaged:
             _add(1.0, f_x_, these.nodes, work.force_x)
         _add(1.0, f_p_, these.directors, work.force_p)
 
         gather_vertices(work.inertial_x, these.nodes, a_x_)
         gather_vertices(work.inertial_p, these.directors, a_p_)
-        _inertial_forces(mass, inertia, a_x, a_p, f_x, f_p)
+        inertial_forces(mass, inertia, a_x, a_p, f_x, f_p)
         _add(1.0, f_x_, these.nodes, work.force_x)
         _add(1.0, f_p_, these.directors, work.rate_p)
 
@@ -403,14 +403,14 @@ def _add_elements(elements, dofs, motion, start, step, averaged, storage, with_t
                 gather_rows(predicted.b, first, count, b_)
                 gather_rows(predicted.e, first, count, e_)
                 strains.b[:], strains.e[:] = b_0, e_0
-                _local_forces(fixed, strains, local)
+                local_forces(fixed, strains, local)
                 _couples(R, local.g, f_p)
                 _add(1.0, f_p_, these.directors, work.ends_p[0])
             tangent(R, diagonals, yl, r, local.f, local.g, local.B, strains.e, fixed.Q, fixed.k_b,
                     A, rotations, matrices, ke)
-            _add_mass(step.stiffness, step.delta, mass, inertia[0], A, rotations, ke)
+            add_mass(step.stiffness, step.delta, mass, inertia[0], A, rotations, ke)
             for v in range(count):
-                _scatter(storage, dofs, these, v, ke_.reshape(576, WIDTH), values)
+                scatter(storage, dofs, these, v, ke_.reshape(576, WIDTH), values)
 
 
 @njit(cache=True)
@@ -422,7 +422,7 @@ def _couples(R, g, f_p):
 
 
 @njit(cache=True)
-def _reduce(dofs, chart, averaged, p_start, loads, residual, work):
+def reduce(dofs, chart, averaged, p_start, loads, residual, work):
     """Chain rule to rotational variables, ``f_n = A1^T f_p``.  Held dofs carry no residual."""
     start, n_rot, first = dofs.nodes.start, dofs.nodes.n_rot, dofs.nodes.first
     balance, unmasked, applied = residual
@@ -443,13 +443,13 @@ def _reduce(dofs, chart, averaged, p_start, loads, residual, work):
             applied[start[i] + 3 + k] += couple[k]
             unmasked[start[i] + 3 + k] = applied[start[i] + 3 + k] - load
     if averaged:
-        _reduce_ends(dofs.nodes, chart, p_start, unmasked, work)
+        reduce_ends(dofs.nodes, chart, p_start, unmasked, work)
     for k in range(dofs.fixed.shape[0]):
         balance[k] = 0.0 if dofs.fixed[k] else unmasked[k]
 
 
 @njit(cache=True)
-def _reduce_ends(nodes, chart, p_start, unmasked, work):
+def reduce_ends(nodes, chart, p_start, unmasked, work):
     """``f_n -= A1^T f_p`` at the end and at the start of the step, where T is their average."""
     start, n_rot, first = nodes.start, nodes.n_rot, nodes.first
     A_end = np.empty_like(work.A1)
@@ -463,7 +463,7 @@ def _reduce_ends(nodes, chart, p_start, unmasked, work):
 
 
 @njit(cache=True)
-def _add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
+def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
     """Second derivative of the normals, ``f_p . d2p/dn2``, with the symmetric part of the load
     stiffness of moments."""
     start, n_rot = dofs.nodes.start, dofs.nodes.n_rot

@@ -6,12 +6,11 @@ from scipy.linalg import eigh
 
 from corovec import Model, Newton, Scheme, Settings, rigid_velocity, simulate
 from corovec.benchmarks import load_case
+from corovec.solver.kernels.arguments import MASS_ONLY
 
 from ..case import Case, Row, small
 from ..helpers import make_system, stiffness
 from ..models import cross_code_plate, rectangle, spinning
-
-MASS_ONLY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def run_order():
