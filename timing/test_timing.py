@@ -279,7 +279,8 @@ def test_report_is_written_as_it_grows(tmp_path, no_cases):
     read = json.loads((tmp_path / "timing.json").read_text(encoding="utf-8"))
     assert {"commit", "versions", "machine", "cores", "load", "load_at_end"} <= set(read)
     assert {"corovec", "numpy", "scipy", "numba", "python"} <= set(read["versions"])
-    assert set(read["tables"]) == {"table-6-times", "table-6-ratios", "growth", "growth-exponents"}
+    assert set(read["tables"]) == {"table-6-times", "table-6-ratios", "table-6-verdicts", "growth",
+                                   "growth-exponents"}
     frame = pd.read_csv(tmp_path / "table-6-times.csv")
     assert frame["method"].tolist() == list(METHODS)
     assert frame["printed"][0] == "5.145 s"
