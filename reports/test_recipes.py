@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md, "How to add", followed in copies of the files that they name."""
+"""The recipes of docs/extending.md followed in copies of the files that they name."""
 
 import json
 import shutil
@@ -16,6 +16,7 @@ from corovec.reports import drawings, page, parts
 from corovec.reports.parts import Results
 from corovec.reports.reproduce import run_parts
 from corovec.solver.cli import cli
+from corovec.solver.input import files
 from corovec.verification import registry, suites
 
 SIZE = "quick"
@@ -117,6 +118,8 @@ def fifth(tmp_path, monkeypatch):
     (folder / "fifth.toml").write_text(text.replace('"ruler"', '"fifth"').replace(
         'title = "ruler-shaped plate', 'title = "a fifth shell'), encoding="utf-8")
     monkeypatch.setattr(benchmarks, "FOLDER", folder)
+    monkeypatch.setattr(files, "installed_models",
+                        lambda: {path.stem: path for path in folder.glob("*.toml")})
     monkeypatch.setattr(study, "PRINTED", extended(study.PRINTED, data, PRINTED))
     monkeypatch.setattr(drawings, "DRAWINGS", extended(drawings.DRAWINGS, data, DRAWINGS))
     monkeypatch.setattr(parts, "PLAN", inserted(parts.PLAN, data, PLAN, before="\n[full]"))
