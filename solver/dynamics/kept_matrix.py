@@ -9,6 +9,7 @@ import numpy as np
 
 from ..kernels import transport
 from ..kernels.arguments import Turning
+from ..kernels.calls import Call
 from ..system.linear import row_lengths
 
 LEAST_PATIENCE, MOST_PATIENCE, PATIENCE_ROW = 4, 11, 12.0
@@ -44,6 +45,9 @@ class KeptMatrix:
         self._mass = system.nodal_mass
         self._free = not fixed.any()
         self._turned = np.zeros(numbering.n_dof)
+        self._keep, self._carry = Call(transport.keep), Call(transport.carry)
+        self._turn_back, self._turn_on = Call(transport.turn_back), Call(transport.turn_on)
+        self._balance = Call(transport.balance)
         self.forget()
 
     def forget(self):
@@ -57,22 +61,22 @@ class KeptMatrix:
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for a step from ``state``."""
         self._step, self._carried = step, False
-        transport.keep(self._nodes, self._quads, state.motion, place.start, self._turning)
+        self._keep(self._nodes, self._quads, state.motion, place.start, self._turning)
 
     def carry(self, state, place):
         """Turn the factorization along with the nodes to a step that starts at ``state``."""
-        transport.carry(self._nodes, self._quads, state.motion, place.start, self._turning)
+        self._carry(self._nodes, self._quads, state.motion, place.start, self._turning)
         self._carried = True
 
     def solve(self, residual):
         """Correction for a residual, ``T K_0^-1 T^T r``; of a free shell with its exact mean."""
         if not self._carried:
             return self._solver.solve(residual)
-        transport.turn_back(self._nodes, self._turning, residual, self._turned)
+        self._turn_back(self._nodes, self._turning, residual, self._turned)
         correction = self._solver.solve(self._turned)
-        transport.turn_on(self._nodes, self._turning, correction)
+        self._turn_on(self._nodes, self._turning, correction)
         if self._free:
-            transport.balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
+            self._balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
         return correction
 
     def too_slow(self, k, work, wanted, left):

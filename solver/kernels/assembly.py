@@ -5,8 +5,6 @@ Elements are worked on in groups of ``WIDTH``, side by side.  Of the arrays of a
 an element repeats the last one.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit, uint64
 
@@ -17,91 +15,11 @@ from .nodes import advance_nodes, curvature, derivatives, moment_forces, moment_
 from .tangent import tangent, tangent_work
 
 
-class Members(NamedTuple):
-    """The elements of a group.
-
-    Attributes:
-        first: the first of them.
-        nodes: (count, 4) their nodes.
-        directors: (count, 4) the directors of their vertices.
-    """
-
-    first: int
-    nodes: np.ndarray
-    directors: np.ndarray
-
-
-class Constants(NamedTuple):
-    """Constants of a group as lanes, see ``arguments.Elements``."""
-
-    y0: np.ndarray
-    r0: np.ndarray
-    l: np.ndarray
-    Q: np.ndarray
-    k_b: np.ndarray
-
-
-class Strains(NamedTuple):
-    """Local variables and measures of a group.
-
-    Attributes:
-        t: (3, 3) local displacements of nodes 2..4.
-        b: (11,) local variables of bending and shear.
-        e: (n_s,) membrane measures.
-    """
-
-    t: np.ndarray
-    b: np.ndarray
-    e: np.ndarray
-
-
-class Place(NamedTuple):
-    """A configuration of a group and its local frame.
-
-    Attributes:
-        y: (3, 3) nodes 2..4 relative to node 1.
-        p: (4, 3) normals of the vertices.
-        R: (3, 3) local frame.
-        yl: (3, 3) y in its axes.
-        r: (4, 3) p in its axes.
-    """
-
-    y: np.ndarray
-    p: np.ndarray
-    R: np.ndarray
-    yl: np.ndarray
-    r: np.ndarray
-
-
-class LocalForces(NamedTuple):
-    """Local internal force, Eqs. (16), (68).
-
-    Attributes:
-        B: (n_s, 9) de/dt.
-        f: (3, 3) forces on nodes 2..4.
-        g: (4, 2) couples on dr.
-    """
-
-    B: np.ndarray
-    f: np.ndarray
-    g: np.ndarray
-
-
 @njit(cache=True)
 def members(elements, group):
-    """``Members`` of a group; the last group may have fewer than ``WIDTH``."""
+    """First element of a group and how many elements it has; the last group may have fewer."""
     first = WIDTH * group
-    count = min(WIDTH, elements.nodes.shape[0] - first)
-    return Members(first, elements.nodes[first:first + count],
-                   elements.directors[first:first + count])
-
-
-@njit(cache=True, no_cpython_wrapper=True)
-def constants(elements, group):
-    """``Constants`` of a group."""
-    return Constants(lanes(elements.y0[group]), lanes(elements.r0[group]),
-                     lanes(elements.l[group]), lanes(elements.Q[group]),
-                     lanes(elements.k_b[group]))
+    return first, min(WIDTH, elements.nodes.shape[0] - first)
 
 
 @njit(cache=True)
@@ -140,18 +58,18 @@ def gather_vertices(p, vertices, q_):
 
 
 @njit(cache=True)
-def _gather_derivatives(A1, n_rot, members, rotations, A_):
+def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
     """Columns dp/dn of the four vertices, ``A_`` (4, 3, 3, WIDTH), and how many of them are used in
     any lane."""
     rotations[:] = 0
     for v in range(WIDTH):
-        el = min(v, members.nodes.shape[0] - 1)
+        el = min(v, nodes.shape[0] - 1)
         for i in range(4):
-            used = n_rot[members.nodes[el, i]]
+            used = n_rot[nodes[el, i]]
             rotations[i] = max(rotations[i], used)
             for c in range(3):
                 for k in range(used):
-                    A_[i, c, k, v] = A1[members.directors[el, i], c, k]
+                    A_[i, c, k, v] = A1[directors[el, i], c, k]
 
 
 @njit(cache=True)
@@ -172,12 +90,11 @@ def put_rows(q_, first, count, rows):
 
 
 @njit(cache=True)
-def gather_strains(t, b, e, members, strains_):
-    """Strains of all elements, ``Strains`` seen number by number."""
-    first, count = members.first, members.nodes.shape[0]
-    gather_rows(t.reshape(-1, 9), first, count, strains_.t.reshape(9, WIDTH))
-    gather_rows(b, first, count, strains_.b)
-    gather_rows(e, first, count, strains_.e)
+def gather_strains(t, b, e, first, count, t_, b_, e_):
+    """Strains of the elements of a group, see ``arguments.Start``."""
+    gather_rows(t.reshape(-1, 9), first, count, t_.reshape(9, WIDTH))
+    gather_rows(b, first, count, b_)
+    gather_rows(e, first, count, e_)
 
 
 @njit(cache=True)
@@ -198,39 +115,15 @@ def _move(y_0, dy, weight, y):
 
 
 @njit(cache=True)
-def strains_at(constants, place, strains):
-    """Local variables, Eqs. (8), (10), and membrane measures; returns the ``Diagonals``."""
-    diagonals = element.frame(place.y, place.R)
-    element.local_variables(place.R, place.y, place.p, constants.y0, constants.r0, strains.t,
-                            strains.b)
-    element.membrane_strains(constants.l, constants.Q, strains.t, strains.e)
-    return diagonals
-
-
-@njit(cache=True)
-def average_strains(weight, alpha_f, end, start):
-    """Eq. (70): ``end <- (1 - alpha_f) end + alpha_f start``"""
+def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
+    """Eq. (70): (t, b, e) at the end <- (1 - alpha_f) end + alpha_f start."""
     for k in range(3):
         for c in range(3):
-            end.t[k, c] = weight * end.t[k, c] + alpha_f * start.t[k, c]
+            t[k, c] = weight * t[k, c] + alpha_f * t_0[k, c]
     for k in range(11):
-        end.b[k] = weight * end.b[k] + alpha_f * start.b[k]
-    for s in range(end.e.shape[0]):
-        end.e[s] = weight * end.e[s] + alpha_f * start.e[s]
-
-
-@njit(cache=True)
-def local_forces(constants, strains, local):
-    """``LocalForces`` of averaged strains, Eq. (68)."""
-    element.local_forces(constants.l, constants.Q, constants.k_b, strains.t, strains.b, strains.e,
-                         local.B, local.f, local.g)
-
-
-@njit(cache=True)
-def forces_at(place, diagonals, local, f_x, f_p):
-    """``T^T f_int``, Eq. (45b), of a configuration whose frame is known."""
-    element.rotated_positions(place.R, place.y, place.p, place.yl, place.r)
-    element.global_forces(place.R, diagonals, place.yl, place.r, local.f, local.g, f_x, f_p)
+        b[k] = weight * b[k] + alpha_f * b_0[k]
+    for s in range(e.shape[0]):
+        e[s] = weight * e[s] + alpha_f * e_0[s]
 
 
 @njit(cache=True)
@@ -263,13 +156,13 @@ def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
 
 
 @njit(cache=True)
-def scatter(storage, dofs, members, v, ke_, values):
+def scatter(storage, dofs, nodes, first, v, ke_, values):
     """Add lane ``v`` of the lower triangle ``ke_`` (24 * 24, WIDTH) to the solver's storage.
 
     Held dofs are skipped.  Loops of constant length and unsigned indices, which are never counted
     from the end of an array, make this twice as fast.
     """
-    start, n_rot, nodes = dofs.nodes.start, dofs.nodes.n_rot, members.nodes
+    start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
     for a in range(4):
         for b in range(a + 1):
             # the rows of storage are the later dofs: the rows of this block of ke, or its columns
@@ -281,7 +174,7 @@ def scatter(storage, dofs, members, v, ke_, values):
             for r in range(6):
                 if r >= row_count:
                     continue
-                position = storage.base[row + r] + storage.offset[members.first + v, i, j]
+                position = storage.base[row + r] + storage.offset[first + v, i, j]
                 entry = 24 * 6 * a + 6 * b + row_step * r
                 used = r + 1 if a == b else col_count
                 for k in range(6):
@@ -340,77 +233,84 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
 
 @njit(cache=True)
 def add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
-                  values, work):
+                 values, work):
     """Internal and inertial forces of all elements, and their matrices."""
     n_s = elements.l.shape[1]
+    dx, p_end, p_mid, A1, inertial_x, inertial_p, force_x, force_p, rate_p, ends_p = work
+    x, x_low, n_rot = motion.x, motion.x_low, dofs.nodes.n_rot
+    t_start, b_start, e_start = start.t, start.b, start.e
     alpha_f, weight = step.alpha_f, 1.0 - step.alpha_f
-    (y_0_, y_0), (dy_, dy) = pair((3, 3)), pair((3, 3))
-    y, (p_, p) = new((3, 3)), pair((4, 3))
+    (y_0_, y_0), (dy_, dy), y, (p_, p) = pair((3, 3)), pair((3, 3)), new((3, 3)), pair((4, 3))
     (t_, t_0), (b_, b_0), (e_, e_0) = pair((3, 3)), pair((11,)), pair((n_s,))
     (f_x_, f_x), (f_p_, f_p) = pair((4, 3)), pair((4, 3))
     (a_x_, a_x), (a_p_, a_p), (A_, A) = pair((4, 3)), pair((4, 3)), pair((4, 3, 3))
     (mass_, mass), (inertia_, inertia), (ke_, ke) = pair((4, 4)), pair((1,)), pair((24, 24))
-    before_, before = Strains(t_, b_, e_), Strains(t_0, b_0, e_0)
-    strains = Strains(new((3, 3)), new((11,)), new((n_s,)))
-    R, yl, r = new((3, 3)), new((3, 3)), new((4, 3))
-    place, first_place = Place(y, p, R, yl, r), Place(y_0, p, R, yl, r)
-    local = LocalForces(new((n_s, 9)), new((3, 3)), new((4, 2)))
+    t, b, e, R = new((3, 3)), new((11,)), new((n_s,)), new((3, 3))
+    B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
     rotations, matrices = np.empty(4, np.int64), tangent_work()
 
     for group in range(elements.l.shape[0]):
-        these, fixed = members(elements, group), constants(elements, group)
-        first, count = these.first, these.nodes.shape[0]
-        gather_positions(motion.x, motion.x_low, these.nodes, y_0_)
-        _gather_increments(work.dx, these.nodes, dy_)
-        gather_strains(start.t, start.b, start.e, these, before_)
+        first, count = members(elements, group)
+        nodes = elements.nodes[first:first + count]
+        directors = elements.directors[first:first + count]
+        y0, r0, l = lanes(elements.y0[group]), lanes(elements.r0[group]), lanes(elements.l[group])
+        Q, k_b = lanes(elements.Q[group]), lanes(elements.k_b[group])
+        gather_positions(x, x_low, nodes, y_0_)
+        _gather_increments(dx, nodes, dy_)
+        gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
         gather_rows(elements.mass.reshape(-1, 16), first, count, mass_.reshape(16, WIDTH))
         gather_rows(elements.inertia.reshape(-1, 1), first, count, inertia_)
 
         # strains at the end of the step, averaged with those at its start
         _move(y_0, dy, 1.0, y)
-        gather_vertices(work.p_end, these.directors, p_)
-        diagonals = strains_at(fixed, place, strains)
-        average_strains(weight, alpha_f, strains, before)
-        local_forces(fixed, strains, local)
+        gather_vertices(p_end, directors, p_)
+        diagonals = element.frame(y, R)
+        element.local_variables(R, y, p, y0, r0, t, b)
+        element.membrane_strains(l, Q, t, e)
+        average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e)
+        element.local_forces(l, Q, k_b, t, b, e, B, f, g)
 
         if averaged:
-            forces_at(place, diagonals, local, f_x, f_p)
-            _add(weight, f_x_, these.nodes, work.force_x)
-            _add(weight, f_p_, these.directors, work.ends_p[0])
-            gather_vertices(start.p, these.directors, p_)
-            forces_at(first_place, element.frame(y_0, R), local, f_x, f_p)
-            _add(alpha_f, f_x_, these.nodes, work.force_x)
-            _add(alpha_f, f_p_, these.directors, work.ends_p[1])
+            element.rotated_positions(R, y, p, yl, r)
+            element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
+            _add(weight, f_x_, nodes, force_x)
+            _add(weight, f_p_, directors, ends_p[0])
+            gather_vertices(start.p, directors, p_)
+            diagonals = element.frame(y_0, R)
+            element.rotated_positions(R, y_0, p, yl, r)
+            element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
+            _add(alpha_f, f_x_, nodes, force_x)
+            _add(alpha_f, f_p_, directors, ends_p[1])
 
         # T at the generalized midpoint
         _move(y_0, dy, weight, y)
-        gather_vertices(work.p_mid, these.directors, p_)
+        gather_vertices(p_mid, directors, p_)
         diagonals = element.frame(y, R)
-        forces_at(place, diagonals, local, f_x, f_p)
+        element.rotated_positions(R, y, p, yl, r)
+        element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
         if not averaged:
-            _add(1.0, f_x_, these.nodes, work.force_x)
-        _add(1.0, f_p_, these.directors, work.force_p)
+            _add(1.0, f_x_, nodes, force_x)
+        _add(1.0, f_p_, directors, force_p)
 
-        gather_vertices(work.inertial_x, these.nodes, a_x_)
-        gather_vertices(work.inertial_p, these.directors, a_p_)
+        gather_vertices(inertial_x, nodes, a_x_)
+        gather_vertices(inertial_p, directors, a_p_)
         inertial_forces(mass, inertia, a_x, a_p, f_x, f_p)
-        _add(1.0, f_x_, these.nodes, work.force_x)
-        _add(1.0, f_p_, these.directors, work.rate_p)
+        _add(1.0, f_x_, nodes, force_x)
+        _add(1.0, f_p_, directors, rate_p)
 
         if with_tangent:
-            _gather_derivatives(work.A1, dofs.nodes.n_rot, these, rotations, A_)
+            _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_)
             if predicted.used:
                 gather_rows(predicted.b, first, count, b_)
                 gather_rows(predicted.e, first, count, e_)
-                strains.b[:], strains.e[:] = b_0, e_0
-                local_forces(fixed, strains, local)
-                _couples(R, local.g, f_p)
-                _add(1.0, f_p_, these.directors, work.ends_p[0])
-            tangent(R, diagonals, yl, r, local.f, local.g, local.B, strains.e, fixed.Q, fixed.k_b,
-                    A, rotations, matrices, ke)
+                b[:], e[:] = b_0, e_0
+                element.local_forces(l, Q, k_b, t, b, e, B, f, g)
+                _couples(R, g, f_p)
+                _add(1.0, f_p_, directors, ends_p[0])
+            tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, rotations, matrices, ke)
             add_mass(step.stiffness, step.delta, mass, inertia[0], A, rotations, ke)
             for v in range(count):
-                scatter(storage, dofs, these, v, ke_.reshape(576, WIDTH), values)
+                scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 
 
 @njit(cache=True)

@@ -144,7 +144,7 @@ class Middle(NamedTuple):
     x_ddot: np.ndarray
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _advance_variables(nodes, motion, step, delta, i, middle):
     """Eq. (57) for the rotational variables of node i."""
     weight = 1.0 - step.alpha_f
@@ -159,7 +159,7 @@ def _advance_variables(nodes, motion, step, delta, i, middle):
                             - step.acceleration * acceleration)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _advance_translations(nodes, motion, step, delta, i, work):
     """Increments of x and Eq. (57a) for node i."""
     for c in range(3):
@@ -169,7 +169,7 @@ def _advance_translations(nodes, motion, step, delta, i, work):
                                  - step.acceleration * motion.acceleration[k])
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _advance_smooth(nodes, i, triad, middle, work):
     """Normal of a smooth node at the end and the midpoint, ``p_ddot = A1 n_ddot + A2``."""
     d = nodes.first[i]
@@ -298,7 +298,7 @@ def curvature(nodes, i, p, A1, chart, forces, moments, H):
         _curvature_junction(nodes, i, p, A1, chart[i], forces, moments, H)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _curvature_smooth(nodes, i, p, triad, forces, moments, H):
     """``(f_p - M x p) . d2p/dn2``: only the component along t_3 is curved, Eq. (29)."""
     d = nodes.first[i]
@@ -370,7 +370,7 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
     return switched
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _switch_smooth(triad, fixed_component, follow, dt, x, x_dot, x_ddot, new, p, ahead, rate,
                    second, A1):
     """Variables of a smooth node in new axes; False if they stay the same."""

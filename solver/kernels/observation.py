@@ -5,17 +5,8 @@ from numba import njit
 
 from . import element
 from .arguments import Observation
-from .assembly import (
-    Place,
-    Strains,
-    constants,
-    gather_positions,
-    gather_vertices,
-    members,
-    put_rows,
-    strains_at,
-)
-from .lanes import WIDTH, new, pair
+from .assembly import gather_positions, gather_vertices, members, put_rows
+from .lanes import WIDTH, lanes, new, pair
 
 
 @njit(cache=True)
@@ -46,16 +37,15 @@ def _fill_strains(elements, motion, start):
     """Local variables, measures and strain energy W of all elements, Eqs. (8), (10), (15)."""
     n_s = start.e.shape[1]
     (y_, y), (p_, p), (t_, t) = pair((3, 3)), pair((4, 3)), pair((3, 3))
-    (b_, b), (e_, e), (W_, W) = pair((11,)), pair((n_s,)), pair((1,))
-    place = Place(y, p, new((3, 3)), new((3, 3)), new((4, 3)))
-    strains = Strains(t, b, e)
+    (b_, b), (e_, e), (W_, W), R = pair((11,)), pair((n_s,)), pair((1,)), new((3, 3))
     for group in range(elements.l.shape[0]):
-        these, fixed = members(elements, group), constants(elements, group)
-        first, count = these.first, these.nodes.shape[0]
-        gather_positions(motion.x, motion.x_low, these.nodes, y_)
-        gather_vertices(start.p, these.directors, p_)
-        strains_at(fixed, place, strains)
-        W[0] = element.strain_energy(e, fixed.k_b, b)
+        first, count = members(elements, group)
+        gather_positions(motion.x, motion.x_low, elements.nodes[first:first + count], y_)
+        gather_vertices(start.p, elements.directors[first:first + count], p_)
+        element.frame(y, R)
+        element.local_variables(R, y, p, lanes(elements.y0[group]), lanes(elements.r0[group]), t, b)
+        element.membrane_strains(lanes(elements.l[group]), lanes(elements.Q[group]), t, e)
+        W[0] = element.strain_energy(e, lanes(elements.k_b[group]), b)
         put_rows(t_.reshape(9, WIDTH), first, count, start.t.reshape(-1, 9))
         put_rows(b_, first, count, start.b)
         put_rows(e_, first, count, start.e)

@@ -14,7 +14,7 @@ from . import element
 from .junctions import frame_of, spins
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _bases(i, nodes, quads, corner, motion, start, y, frame, rates, variables):
     """Axes of an element beside node i (rows), and the maps from rates of its variables to those
     of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""
@@ -62,7 +62,7 @@ def carry(nodes, quads, motion, start, turning):
         _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], Q, J)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _turn(frame, frame_0, A_0, P, n_rot, Q, J):
     """``Q = R^T R_0``, ``J = P Q A_0``"""
     for r in range(3):

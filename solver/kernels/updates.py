@@ -3,17 +3,8 @@
 from numba import njit
 
 from . import element
-from .assembly import (
-    Place,
-    Strains,
-    constants,
-    gather_positions,
-    gather_strains,
-    gather_vertices,
-    members,
-    put_rows,
-)
-from .lanes import new, pair
+from .assembly import gather_positions, gather_strains, gather_vertices, members, put_rows
+from .lanes import lanes, new, pair
 
 
 @njit(cache=True)
@@ -59,44 +50,43 @@ def predict_strains(elements, nodes, motion, start, correction, predicted):
     n_s = start.e.shape[1]
     (y_, y), (p_, p), (dy_, dy) = pair((3, 3)), pair((4, 3)), pair((3, 3))
     (dp_, dp), (t_, t), (b_, b), (e_, e) = pair((4, 3)), pair((3, 3)), pair((11,)), pair((n_s,))
-    place = Place(y, p, new((3, 3)), new((3, 3)), new((4, 3)))
-    strains_, strains, turned = Strains(t_, b_, e_), Strains(t, b, e), new((3, 3))
+    R, yl, r, dt = new((3, 3)), new((3, 3)), new((4, 3)), new((3, 3))
     for group in range(elements.l.shape[0]):
-        these, fixed = members(elements, group), constants(elements, group)
-        first, count = these.first, these.nodes.shape[0]
-        gather_positions(motion.x, motion.x_low, these.nodes, y_)
-        gather_vertices(start.p, these.directors, p_)
-        gather_strains(start.t, start.b, start.e, these, strains_)
-        _gather_correction(nodes, start.A1, these, correction, dy_, dp_)
-        diagonals = element.frame(y, place.R)
-        element.rotated_positions(place.R, y, p, place.yl, place.r)
-        _change_variables(place, diagonals, dy, dp, turned, strains)
-        _change_measures(fixed, turned, strains)
+        first, count = members(elements, group)
+        quads = elements.nodes[first:first + count]
+        directors = elements.directors[first:first + count]
+        gather_positions(motion.x, motion.x_low, quads, y_)
+        gather_vertices(start.p, directors, p_)
+        gather_strains(start.t, start.b, start.e, first, count, t_, b_, e_)
+        _gather_correction(nodes, start.A1, quads, directors, correction, dy_, dp_)
+        diagonals = element.frame(y, R)
+        element.rotated_positions(R, y, p, yl, r)
+        _change_variables(R, yl, r, diagonals, dy, dp, dt, b)
+        _change_measures(lanes(elements.l[group]), lanes(elements.Q[group]), t, dt, e)
         put_rows(b_, first, count, predicted.b)
         put_rows(e_, first, count, predicted.e)
 
 
 @njit(cache=True)
-def _gather_correction(nodes, A1, these, correction, dy_, dp_):
+def _gather_correction(nodes, A1, quads, directors, correction, dy_, dp_):
     """Changes of the relative positions and, ``A1 dn``, of the normals of a group."""
     start, n_rot = nodes.start, nodes.n_rot
-    for v in range(these.nodes.shape[0]):
+    for v in range(quads.shape[0]):
         for k in range(3):
             for c in range(3):
-                dy_[k, c, v] = (correction[start[these.nodes[v, k + 1]] + c]
-                                - correction[start[these.nodes[v, 0]] + c])
+                dy_[k, c, v] = (correction[start[quads[v, k + 1]] + c]
+                                - correction[start[quads[v, 0]] + c])
         for i in range(4):
-            rates = start[these.nodes[v, i]] + 3
+            rates = start[quads[v, i]] + 3
             for c in range(3):
                 dp_[i, c, v] = 0.0
-                for k in range(n_rot[these.nodes[v, i]]):
-                    dp_[i, c, v] += A1[these.directors[v, i], c, k] * correction[rates + k]
+                for k in range(n_rot[quads[v, i]]):
+                    dp_[i, c, v] += A1[directors[v, i], c, k] * correction[rates + k]
 
 
 @njit(cache=True)
-def _change_variables(place, diagonals, d, dp, dt, strains):
+def _change_variables(R, yl, r, diagonals, d, dp, dt, b):
     """``T du``, Eq. (45): ``dt = R dy + yl x phi``, and the same for the normals; added to b."""
-    R, yl, r, b = place.R, place.yl, place.r, strains.b
     dy = dt
     for k in range(3):
         d_x, d_y, d_z = d[k, 0], d[k, 1], d[k, 2]
@@ -117,9 +107,8 @@ def _change_variables(place, diagonals, d, dp, dt, strains):
 
 
 @njit(cache=True)
-def _change_measures(fixed, dt, strains):
+def _change_measures(l, Q, t, dt, e):
     """``e_s += B_s dt``, Eq. (16)"""
-    l, Q, t, e = fixed.l, fixed.Q, strains.t, strains.e
     for s in range(e.shape[0]):
         for k in range(3):
             slope = l[s, k, 2]

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..kernels import nodes, updates
 from ..kernels.arguments import DONE, Nodes
+from ..kernels.calls import Call
 from .failure import NotConverged
 from .state import blank_state
 
@@ -35,6 +36,9 @@ class Charts:
                            model.normals.copy())
         self.fixed_component, self.fixed = _supports(model, numbering)
         self._translations = numbering.start[:, None] + np.arange(3)
+        self._place, self._rates = Call(nodes.place_directors), Call(nodes.director_rates)
+        self._advance, self._accept = Call(nodes.advance_nodes), Call(updates.accept)
+        self._switch = Call(nodes.switch_charts)
 
     def initial_state(self, model):
         """State at t = 0, but for U_ddot, which is zero.
@@ -59,14 +63,14 @@ class Charts:
         Raises:
             NotConverged: a normal has left its chart.
         """
-        lost = nodes.place_directors(self.nodes, state.variables, state.chart, start.p, start.A1)
+        lost = self._place(self.nodes, state.variables, state.chart, start.p, start.A1)
         if lost != DONE:
             raise NotConverged(f"the normal of node {lost} has left its chart")
-        nodes.director_rates(self.nodes, state.velocity, start.A1, start.p_dot)
+        self._rates(self.nodes, state.velocity, start.A1, start.p_dot)
 
     def inside(self, state, step, delta, work):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
-        return nodes.advance_nodes(self.nodes, state.motion, step, delta, work) == DONE
+        return self._advance(self.nodes, state.motion, step, delta, work) == DONE
 
     def velocity(self, state):
         """Velocities of the nodes (n_nodes, 3) [m/s]."""
@@ -74,11 +78,11 @@ class Charts:
 
     def accept(self, state, end, delta):
         """Move ``state`` by the increment of a converged step."""
-        updates.accept(self.nodes, end, delta, state.motion)
+        self._accept(self.nodes, end, delta, state.motion)
 
     def renew(self, state, dt):
         """Renew the axes for the next step of length ``dt``; how many global ones switched."""
-        return nodes.switch_charts(self.nodes, self.fixed_component, self._follow, dt, state.motion)
+        return self._switch(self.nodes, self.fixed_component, self._follow, dt, state.motion)
 
     def correct(self, state, start, correction):
         """Move a static state: nodes by displacements, normals along great circles."""

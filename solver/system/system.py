@@ -11,6 +11,7 @@ from ..kernels.arguments import (
     Residual,
     nodal_work,
 )
+from ..kernels.calls import Call
 from ..model.mesh import vector_areas
 from .coordinates import Charts
 from .failure import NotConverged
@@ -57,6 +58,7 @@ class System:
         self.nodal_mass = np.zeros(len(model.nodes))
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
+        self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
         self._work = nodal_work(len(model.nodes), len(model.normals))
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
@@ -100,7 +102,7 @@ class System:
         if place is None:
             place = blank_place(self.elements, len(self.model.normals))
         self.coordinates.place(state, place.start)
-        place.observed = observation.observe(
+        place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
         return place
@@ -133,10 +135,10 @@ class System:
             for item in self._items:
                 item.add_forces(self.dofs, iterate, forces)
             loads = loads._replace(forces=forces)
-        lost = assembly.step_system(
-            self.elements, self.dofs, state.motion, place.start, step, averaged, delta, loads,
-            solver.storage, tangent, predicted or self._unpredicted, solver.values,
-            self.residual, self._work)
+        lost = self._step(
+            self.elements, self.dofs, state.motion, place.start, step, averaged,
+            np.ascontiguousarray(delta), loads, solver.storage, tangent,
+            predicted or self._unpredicted, solver.values, self.residual, self._work)
         if lost != DONE:
             raise NotConverged("a normal left the chart of its rotational variables")
         if tangent and not self.all_dead:
