@@ -4,6 +4,7 @@ paper, or with one factorization for many of them."""
 import math
 import time
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,8 +74,7 @@ NOT_TOLD = -1
 """Number of indefinite matrices where the solver does not tell."""
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """The equations of one step.
 
     Attributes:

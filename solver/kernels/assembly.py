@@ -324,28 +324,29 @@ def _couples(R, g, f_p):
 @njit(cache=True)
 def reduce(dofs, chart, averaged, p_start, loads, residual, work):
     """Chain rule to rotational variables, ``f_n = A1^T f_p``.  Held dofs carry no residual."""
-    start, n_rot, first = dofs.nodes.start, dofs.nodes.n_rot, dofs.nodes.first
+    start, n_rot, first, _ = dofs.nodes
+    _, _, p_mid, A1, _, _, force_x, force_p, rate_p, _ = work
     balance, unmasked, applied = residual
+    fixed, moments = dofs.fixed, loads.moments
     couple = np.empty(3)
-    for k in range(applied.shape[0]):
-        applied[k] = loads.forces[k]
+    applied[:] = loads.forces
     for i in range(start.shape[0]):
         for c in range(3):
-            unmasked[start[i] + c] = applied[start[i] + c] - work.force_x[i, c]
-        moment_forces(dofs.nodes, i, chart, work.p_mid, work.A1, loads.moments, couple)
+            unmasked[start[i] + c] = applied[start[i] + c] - force_x[i, c]
+        moment_forces(dofs.nodes, i, chart, p_mid, A1, moments, couple)
         for k in range(n_rot[i]):
             load = 0.0
             for d in range(first[i], first[i + 1]):
                 for c in range(3):
-                    load += work.A1[d, c, k] * work.rate_p[d, c]
+                    load += A1[d, c, k] * rate_p[d, c]
                     if not averaged:
-                        load += work.A1[d, c, k] * work.force_p[d, c]
+                        load += A1[d, c, k] * force_p[d, c]
             applied[start[i] + 3 + k] += couple[k]
             unmasked[start[i] + 3 + k] = applied[start[i] + 3 + k] - load
     if averaged:
         reduce_ends(dofs.nodes, chart, p_start, unmasked, work)
-    for k in range(dofs.fixed.shape[0]):
-        balance[k] = 0.0 if dofs.fixed[k] else unmasked[k]
+    for k in range(fixed.shape[0]):
+        balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
 @njit(cache=True)
@@ -367,14 +368,15 @@ def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
     """Second derivative of the normals, ``f_p . d2p/dn2``, with the symmetric part of the load
     stiffness of moments."""
     start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
-    H = np.empty((3, 3))
+    fixed, diagonal, stride = dofs.fixed, storage.diagonal, storage.stride
+    p_mid, A1, H = work.p_mid, work.A1, np.empty((3, 3))
     for i in range(start.shape[0]):
-        curvature(dofs.nodes, i, work.p_mid, work.A1, chart, force_p, moments, H)
+        curvature(dofs.nodes, i, p_mid, A1, chart, force_p, moments, H)
         for k in range(n_rot[i]):
             row = start[i] + 3 + k
             for l in range(k + 1):
-                if l == k or not (dofs.fixed[row] or dofs.fixed[row - k + l]):
-                    values[storage.diagonal[row] - storage.stride * (k - l)] += factor * H[k, l]
+                if l == k or not (fixed[row] or fixed[row - k + l]):
+                    values[diagonal[row] - stride * (k - l)] += factor * H[k, l]
 
 
 @njit(cache=True)

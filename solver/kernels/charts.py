@@ -79,19 +79,12 @@ def empty(triad):
 def choose_triad(v, ahead, old, fixed_component, follow, triad):
     """Fill ``triad`` for a unit vector ``v`` that moves to ``ahead``; False if it is ``old``.
 
-    Axes that ``follow`` the node where there are any before and they suit ``v``, else global ones.
-    A global axis ``fixed_component`` whose component a support fixes stays t_1 (-1: none).
+    Axes that ``follow`` the node, where there are any before and they suit ``v``: t_3 along
+    ``ahead``, t_1 as near to the old one as it can be.  Else global ones.  A global axis
+    ``fixed_component`` whose component a support fixes stays t_1 (-1: none).
     """
-    if follow and not empty(old):
-        if _follow(v, ahead, old, fixed_component, triad):
-            return True
-        ahead = v
-    return _choose_global(v, ahead, old, fixed_component, triad)
-
-
-@njit(cache=True)
-def _follow(v, ahead, old, fixed_component, triad):
-    """t_3 along ``ahead``, t_1 as near to the old one as it can be; False if v is too far off."""
+    if not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0):
+        return _choose_global(v, ahead, old, fixed_component, triad)
     if fixed_component >= 0:
         triad[0] = 0.0
         triad[0, fixed_component] = 1.0
@@ -113,7 +106,7 @@ def _follow(v, ahead, old, fixed_component, triad):
     if size > 0.1 and dot(v, triad[2]) > EARLIEST:
         cross(triad[2], triad[0], triad[1])
         return True
-    return False
+    return _choose_global(v, v, old, fixed_component, triad)
 
 
 @njit(cache=True)

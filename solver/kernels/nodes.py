@@ -145,49 +145,22 @@ class Middle(NamedTuple):
 
 
 @njit(cache=True, inline="always")
-def _advance_variables(nodes, motion, step, delta, i, middle):
-    """Eq. (57) for the rotational variables of node i."""
-    weight = 1.0 - step.alpha_f
-    for c in range(nodes.n_rot[i]):
-        k = nodes.start[i] + 3 + c
-        velocity, acceleration = motion.velocity[k], motion.acceleration[k]
-        middle.x_end[c] = motion.variables[i, c] + delta[k]
-        middle.x_mid[c] = motion.variables[i, c] + weight * delta[k]
-        middle.x_dot[c] = (step.rate_delta * delta[k] - step.rate_velocity * velocity
-                           - step.rate_acceleration * acceleration)
-        middle.x_ddot[c] = (step.delta * delta[k] - step.velocity * velocity
-                            - step.acceleration * acceleration)
+def _second_rate(step, delta, velocity, acceleration, k):
+    """Eq. (57a): U_ddot at the generalized midpoint, of dof k."""
+    return (step.delta * delta[k] - step.velocity * velocity[k]
+            - step.acceleration * acceleration[k])
 
 
 @njit(cache=True, inline="always")
-def _advance_translations(nodes, motion, step, delta, i, work):
-    """Increments of x and Eq. (57a) for node i."""
-    for c in range(3):
-        k = nodes.start[i] + c
-        work.dx[i, c] = delta[k]
-        work.inertial_x[i, c] = (step.delta * delta[k] - step.velocity * motion.velocity[k]
-                                 - step.acceleration * motion.acceleration[k])
-
-
-@njit(cache=True, inline="always")
-def _advance_smooth(nodes, i, triad, middle, work):
-    """Normal of a smooth node at the end and the midpoint, ``p_ddot = A1 n_ddot + A2``."""
-    d = nodes.first[i]
-    if not normal(middle.x_end[0], middle.x_end[1], triad, work.p_end[d]):
-        return False
-    if not normal(middle.x_mid[0], middle.x_mid[1], triad, work.p_mid[d]):
-        return False
-    first_derivatives(work.p_mid[d], triad, work.A1[d])
-    bent = convective(work.p_mid[d], triad, middle.x_dot)
-    for c in range(3):
-        work.inertial_p[d, c] = (work.A1[d, c, 0] * middle.x_ddot[0]
-                                 + work.A1[d, c, 1] * middle.x_ddot[1] + bent * triad[2, c])
-    return True
+def _rate(step, delta, velocity, acceleration, k):
+    """Eq. (57b): U_dot at the generalized midpoint, of dof k."""
+    return (step.rate_delta * delta[k] - step.rate_velocity * velocity[k]
+            - step.rate_acceleration * acceleration[k])
 
 
 @njit(cache=True)
 def _advance_junction(nodes, i, triad, middle, work, frame):
-    """The same for all directors of a junction: ``p_ddot = w_dot x p + w x (w x p)``."""
+    """Directors of a junction at the end and the midpoint, ``p_ddot = w_dot x p + w x (w x p)``."""
     if not _place_junction(nodes, i, middle.x_end, triad, frame, work.p_end, work.A1):
         return False
     if not _place_junction(nodes, i, middle.x_mid, triad, frame, work.p_mid, work.A1):
@@ -221,15 +194,35 @@ def advance_nodes(nodes, motion, step, delta, work):
     Returns:
         The first node whose directors are off its chart.
     """
-    middle = Middle(np.empty(3), np.empty(3), np.empty(3), np.empty(3))
-    frame = _frame()
-    for i in range(nodes.start.shape[0]):
-        _advance_translations(nodes, motion, step, delta, i, work)
-        _advance_variables(nodes, motion, step, delta, i, middle)
-        if nodes.n_rot[i] == 2:
-            inside = _advance_smooth(nodes, i, motion.chart[i], middle, work)
+    start, n_rot, first, _ = nodes
+    _, _, variables, chart, velocity, acceleration = motion
+    dx, p_end, p_mid, A1, inertial_x, inertial_p, _, _, _, _ = work
+    x_end, x_mid, x_dot, x_ddot = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    frame, weight = _frame(), 1.0 - step.alpha_f
+    for i in range(start.shape[0]):
+        for c in range(3):
+            k = start[i] + c
+            dx[i, c] = delta[k]
+            inertial_x[i, c] = _second_rate(step, delta, velocity, acceleration, k)
+        for c in range(n_rot[i]):
+            k = start[i] + 3 + c
+            x_end[c] = variables[i, c] + delta[k]
+            x_mid[c] = variables[i, c] + weight * delta[k]
+            x_dot[c] = _rate(step, delta, velocity, acceleration, k)
+            x_ddot[c] = _second_rate(step, delta, velocity, acceleration, k)
+        if n_rot[i] == 2:
+            d = first[i]
+            inside = (normal(x_end[0], x_end[1], chart[i], p_end[d])
+                      and normal(x_mid[0], x_mid[1], chart[i], p_mid[d]))
+            if inside:
+                first_derivatives(p_mid[d], chart[i], A1[d])
+                bent = convective(p_mid[d], chart[i], x_dot)
+                for c in range(3):
+                    inertial_p[d, c] = (A1[d, c, 0] * x_ddot[0] + A1[d, c, 1] * x_ddot[1]
+                                        + bent * chart[i, 2, c])
         else:
-            inside = _advance_junction(nodes, i, motion.chart[i], middle, work, frame)
+            inside = _advance_junction(nodes, i, chart[i], Middle(x_end, x_mid, x_dot, x_ddot),
+                                       work, frame)
         if not inside:
             return i
     return DONE
@@ -349,48 +342,40 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
     Returns:
         How many nodes changed to other global axes.
     """
+    start, n_rot, _, _ = nodes
+    _, _, variables, chart, velocity, acceleration = motion
     new = np.empty((3, 3))
     A1, p, rate, second = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
     ahead, frame, e_ahead = np.empty(3), _frame(), np.empty((3, 3))
     switched = 0
-    for i in range(nodes.start.shape[0]):
-        k = nodes.start[i] + 3
-        x_dot = motion.velocity[k:k + nodes.n_rot[i]]
-        x_ddot = motion.acceleration[k:k + nodes.n_rot[i]]
-        x, triad = motion.variables[i], motion.chart[i]
-        if nodes.n_rot[i] == 2:
-            changed = _switch_smooth(triad, fixed_component[i], follow, dt, x, x_dot, x_ddot, new,
-                                     p, ahead, rate, second, A1)
+    for i in range(start.shape[0]):
+        k = start[i] + 3
+        x_dot, x_ddot = velocity[k:k + n_rot[i]], acceleration[k:k + n_rot[i]]
+        if n_rot[i] == 2:
+            normal(variables[i, 0], variables[i, 1], chart[i], p)
+            first_derivatives(p, chart[i], A1)
+            for c in range(3):
+                rate[c] = A1[c, 0] * x_dot[0] + A1[c, 1] * x_dot[1]
+                ahead[c] = p[c] + 0.5 * dt * rate[c]
+            size = math.sqrt(dot(ahead, ahead))
+            for c in range(3):
+                ahead[c] /= size
+            changed = choose_triad(p, ahead, chart[i], fixed_component[i], follow, new)
+            if changed:
+                bent = convective(p, chart[i], x_dot)
+                for c in range(3):
+                    second[c] = (A1[c, 0] * x_ddot[0] + A1[c, 1] * x_ddot[1]
+                                 + bent * chart[i, 2, c])
+                for c in range(2):
+                    variables[i, c] = dot(p, new[c])
+                    x_dot[c], x_ddot[c] = dot(rate, new[c]), dot(second, new[c])
         else:
-            changed = _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead,
-                                       p, rate, second)
+            changed = _switch_junction(chart[i], follow, dt, variables[i], x_dot, x_ddot, new,
+                                       frame, e_ahead, p, rate, second)
         if changed:
-            triad[:] = new
+            chart[i] = new
             switched += 0 if follow else 1
     return switched
-
-
-@njit(cache=True, inline="always")
-def _switch_smooth(triad, fixed_component, follow, dt, x, x_dot, x_ddot, new, p, ahead, rate,
-                   second, A1):
-    """Variables of a smooth node in new axes; False if they stay the same."""
-    normal(x[0], x[1], triad, p)
-    first_derivatives(p, triad, A1)
-    for c in range(3):
-        rate[c] = A1[c, 0] * x_dot[0] + A1[c, 1] * x_dot[1]
-        ahead[c] = p[c] + 0.5 * dt * rate[c]
-    size = math.sqrt(dot(ahead, ahead))
-    for c in range(3):
-        ahead[c] /= size
-    if not choose_triad(p, ahead, triad, fixed_component, follow, new):
-        return False
-    bent = convective(p, triad, x_dot)
-    for c in range(3):
-        second[c] = A1[c, 0] * x_ddot[0] + A1[c, 1] * x_ddot[1] + bent * triad[2, c]
-    for c in range(2):
-        x[c] = dot(p, new[c])
-        x_dot[c], x_ddot[c] = dot(rate, new[c]), dot(second, new[c])
-    return True
 
 
 @njit(cache=True)

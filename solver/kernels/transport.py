@@ -14,8 +14,8 @@ from . import element
 from .junctions import frame_of, spins
 
 
-@njit(cache=True, inline="always")
-def _bases(i, nodes, quads, corner, motion, start, y, frame, rates, variables):
+@njit(cache=True)
+def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, variables):
     """Axes of an element beside node i (rows), and the maps from rates of its variables to those
     of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""
     quad = quads[corner[i]]
@@ -23,43 +23,44 @@ def _bases(i, nodes, quads, corner, motion, start, y, frame, rates, variables):
     for k in range(3):
         node = quad[k + 1]
         for c in range(3):
-            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
-                       + (motion.x_low[node, c] - motion.x_low[first, c]))
+            y[k, c] = (x[node, c] - x[first, c]) + (x_low[node, c] - x_low[first, c])
     element.frame(y, frame)
     d = nodes.first[i]
     if nodes.n_rot[i] == 2:
         for k in range(2):
             for c in range(3):
-                variables[k, c] = motion.chart[i, k, c]
-                rates[c, k] = start.A1[d, c, k]
+                variables[k, c] = chart[i, k, c]
+                rates[c, k] = A1[d, c, k]
     else:
-        frame_of(nodes.body, d, start.p, y)
-        spins(y, motion.chart[i], variables, rates)
+        frame_of(nodes.body, d, p, y)
+        spins(y, chart[i], variables, rates)
 
 
 @njit(cache=True)
 def keep(nodes, quads, motion, start, turning):
     """Element axes and rates A_0 of a factorization, into ``turning``."""
+    x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
+    corner, _, frames, rates, _, _ = turning
     y, variables = np.empty((3, 3)), np.empty((3, 3))
-    for i in range(turning.corner.shape[0]):
-        _bases(i, nodes, quads, turning.corner, motion, start, y, turning.frames[i],
-               turning.rates[i], variables)
+    for i in range(corner.shape[0]):
+        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frames[i], rates[i], variables)
 
 
 @njit(cache=True)
 def carry(nodes, quads, motion, start, turning):
     """Blocks Q and J of T since ``keep``; 1 at nodes that are held."""
+    x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
+    corner, held, frames, rates, Q, J = turning
     y, frame, variables = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    unused = np.empty((3, 3))
-    for i in range(turning.corner.shape[0]):
-        Q, J = turning.Q[i], turning.J[i]
-        if turning.held[i]:
+    n_rot, unused = nodes.n_rot, np.empty((3, 3))
+    for i in range(corner.shape[0]):
+        if held[i]:
             for r in range(3):
                 for c in range(3):
-                    Q[r, c] = J[r, c] = 1.0 if r == c else 0.0
+                    Q[i, r, c] = J[i, r, c] = 1.0 if r == c else 0.0
             continue
-        _bases(i, nodes, quads, turning.corner, motion, start, y, frame, unused, variables)
-        _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], Q, J)
+        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, unused, variables)
+        _turn(frame, frames[i], rates[i], variables, n_rot[i], Q[i], J[i])
 
 
 @njit(cache=True, inline="always")
