@@ -21,6 +21,7 @@ class Stepper:
         """``scheme``: ``Scheme``; ``rule``: ``Newton``."""
         self.system, self._scheme, self._rule = system, scheme, rule
         self.iteration = Iteration(system, KeptMatrix(system))
+        self._factors = {}
 
     def forget(self):
         """Drop what is kept between steps, so that the next one depends on its state alone."""
@@ -42,7 +43,9 @@ class Stepper:
         """
         scheme = self._scheme
         loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt)
-        problem = Problem(state, place, scheme.midpoint(dt), dt, loads,
+        if dt not in self._factors:
+            self._factors[dt] = scheme.midpoint(dt), scheme.end(dt)
+        problem = Problem(state, place, self._factors[dt][0], dt, loads,
                           scheme.transformation == "average")
         try:
             delta = self._solve(problem, record)
@@ -74,7 +77,7 @@ class Stepper:
             applied = system.loads(time + 0.5 * dt).forces
         if not system.all_dead:
             applied = applied + system.residual.applied - problem.loads.forces
-        system.coordinates.accept(state, self._scheme.end(dt), delta)
+        system.coordinates.accept(state, self._factors[dt][1], delta)
         state.external_work += float(applied @ delta)
         record.switches += system.coordinates.renew(state, dt)
         system.observe(state, problem.place)

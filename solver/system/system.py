@@ -129,8 +129,9 @@ class System:
         Raises:
             NotConverged: a normal leaves the chart of its rotational variables.
         """
-        solver, iterate = self.solver, Iterate(state, step, delta)
+        solver = self.solver
         if self._items:
+            iterate = Iterate(state, step, delta)
             forces = loads.forces.copy()
             for item in self._items:
                 item.add_forces(self.dofs, iterate, forces)
@@ -142,7 +143,7 @@ class System:
         if lost != DONE:
             raise NotConverged("a normal left the chart of its rotational variables")
         if tangent and not self.all_dead:
-            self._add_followers(iterate, loads)
+            self._add_followers(Iterate(state, step, delta), loads)
 
     def _add_followers(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
