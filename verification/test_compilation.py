@@ -1,15 +1,19 @@
 """Kernels are compiled once, by two processes, and whatever becomes of the second one."""
 
 import select
+import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from numba import types
+from numba.core.registry import CPUDispatcher as Dispatcher
 
 from corovec import warm_up
-from corovec.solver import compilation
+from corovec.solver import compilation, kernels
+from corovec.solver.kernels import assembly, nodes, observation, transport, updates
 
 
 def test_the_second_process_compiles_the_kernel_that_assembles():
@@ -104,3 +108,32 @@ def test_folders_without_locks(tmp_path, monkeypatch):
     monkeypatch.setattr(compilation.FileLock, "acquire", unsupported)
     with compilation._one_at_a_time(tmp_path):
         assert not (tmp_path / "compiling.lock").exists()
+
+
+def named_tuples(type_):
+    """Classes of all named tuples in a type of numba."""
+    if isinstance(type_, types.BaseNamedTuple):
+        yield type_.instance_class
+    if isinstance(type_, types.BaseTuple):
+        for inner in type_:
+            yield from named_tuples(inner)
+
+
+def test_the_cache_sees_the_fields_of_all_arguments(tmp_path, monkeypatch):
+    """A field is a position in compiled code: two that change places make another cache folder, and
+    every named tuple that a kernel takes is defined among the sources that name the folder."""
+    warm_up()
+    found = {cls for module in (assembly, nodes, observation, transport, updates)
+             for kernel in vars(module).values() if isinstance(kernel, Dispatcher)
+             for signature in kernel.signatures for type_ in signature
+             for cls in named_tuples(type_)}
+    assert {"Elements", "Motion", "Factors"} <= {cls.__name__ for cls in found}
+    assert all(cls.__module__.startswith(f"{kernels.__name__}.") for cls in found)
+    copy = shutil.copytree(Path(kernels.__file__).parent, tmp_path / "kernels")
+    monkeypatch.setattr(kernels, "__file__", str(copy / "__init__.py"))
+    before = kernels.cache_folder()
+    text = (copy / "arguments.py").read_text(encoding="utf-8")
+    one, other = "    y0: np.ndarray\n", "    r0: np.ndarray\n"
+    assert one + other in text
+    (copy / "arguments.py").write_text(text.replace(one + other, other + one), encoding="utf-8")
+    assert kernels.cache_folder() != before

@@ -23,6 +23,7 @@ from corovec import (
     surface_load,
 )
 from corovec.solver.kernels.arguments import STATIC
+from corovec.solver.system.system import System
 from corovec.verification.helpers import assemble, central_differences, full_matrix, make_system
 from corovec.verification.models import rectangle, warped_patch
 
@@ -115,6 +116,42 @@ def test_pressure_and_its_stiffness():
     scale = np.abs(K).max()
     assert np.abs(0.5 * (J + J.T) - K).max() < 1e-7 * scale
     assert np.abs(J - J.T).max() > 1e-4 * scale
+
+
+@pytest.mark.parametrize("fold", [False, True], ids=["smooth", "junctions"])
+def test_full_tangent_of_loads_that_follow(fold):
+    """With its skew part the matrix is the derivative of the residual: pressure on some elements,
+    moments along and across a normal, at smooth nodes and at junctions."""
+    rng = np.random.default_rng(4)
+    base = warped_patch(rng)
+    patches = np.arange(len(base.quads)) % 3 // 2 if fold else None
+    nodes = base.nodes.copy()
+    loads = [Pressure(3e5, elements=(0, 3, 4)), Pressure(-1e5),
+             *(NodalMoment(i, tuple(rng.uniform(-1e5, 1e5, 3))) for i in (1, 5, 6))]
+    if fold:
+        sheet = rectangle(3.0, 2.0, (3, 2)).nodes
+        nodes[:, 2] += 2.0 * np.abs(sheet[:, 0] - 2.0)
+    model = Model(nodes, base.quads, 0.1, 1e6, 0.3, 1.0, loads=loads, patches=patches,
+                  supports=[Support((0,), ("x", "y", "z", "px", "py", "pz"))])
+    assert (np.diff(model.directors.first).max() > 1) == fold
+    system = System(model, full_tangent=True)
+    state, n = system.initial_state(), system.numbering.n_dof
+    delta = rng.uniform(-0.02, 0.02, n)
+    delta[system.dofs.fixed] = 0.0
+
+    def residual(at):
+        return assemble(system, state, STATIC, at, 1.0)
+
+    residual(delta)
+    free = ~system.dofs.fixed
+    K = system.solver.matrix().toarray()[np.ix_(free, free)]
+    J = -central_differences(residual, delta, 1e-6)[np.ix_(free, free)]
+    assert np.abs(J - K).max() < 1e-7 * np.abs(K).max()
+    assert np.abs(K - K.T).max() > 1e-3 * np.abs(K).max()
+    right = rng.normal(size=n)
+    system.solver.factor()
+    solution = system.solver.solve(right)
+    assert np.allclose(system.solver.matrix() @ solution, right, atol=1e-9 * np.abs(right).max())
 
 
 def test_loads_from_lines_and_surfaces():

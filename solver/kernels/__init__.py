@@ -12,7 +12,7 @@ from pathlib import Path
 import numba
 
 
-def _cache_folder() -> str:
+def cache_folder() -> str:
     """The folder of compiled kernels that belongs to exactly these sources."""
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
@@ -39,4 +39,4 @@ def _cache_folder() -> str:
 
 
 if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = _cache_folder()
+    numba.config.CACHE_DIR = cache_folder()
