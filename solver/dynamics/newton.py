@@ -6,8 +6,6 @@ import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from ..system.failure import NotConverged
 
 MAX_DAMPINGS = 4
@@ -204,8 +202,3 @@ def ends(rule, work, first, left, wanted, new):
 def _wanted(rule):
     """Work ratio at which an iteration with a kept matrix ends."""
     return max(KEPT_TOLERANCE * rule.tolerance, LEAST_RATIO)
-
-
-def total_indefinite(counts):
-    """Matrices with negative pivots in sum; None where the solver does not tell."""
-    return None if np.min(counts) < 0 else int(np.sum(counts))

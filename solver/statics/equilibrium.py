@@ -35,8 +35,8 @@ class Equilibrium:
         state: ``State``.
         place: ``Place`` of the last iterate.
         works: works of the corrections of the last step, first to last.
-        indefinite: number of negative pivots of every matrix since it was last emptied; None where
-            the solver does not tell.
+        pivots: number of negative pivots of every matrix since it was last emptied; None where the
+            solver does not tell.
     """
 
     def __init__(self, model, settings, geometric=True):
