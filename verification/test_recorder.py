@@ -309,7 +309,7 @@ def assert_shown(path, times):
 def test_static_file_keeps_the_rows_before_a_failure(tmp_path):
     """Load control stops at the limit point, at 0.738 on this mesh; info summarises the rest."""
     path = tmp_path / "run.h5"
-    with pytest.raises(StepError, match="no equilibrium beyond"):
+    with pytest.raises(StepError, match="no equilibrium found beyond"):
         load_control(roof(4, 12.7), [0.5, 0.7, 0.9], StaticSettings(max_divisions=2), output=path)
     assert read(path)["history"]["factor"].tolist() == [0.0, 0.5, 0.7]
     info = corovec("info", str(path))

@@ -1,5 +1,7 @@
 """Statics: loads and their stiffness, load control, arc length, prescribed displacements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ from corovec import (
     surface_load,
 )
 from corovec.solver.kernels.arguments import STATIC
+from corovec.solver.model.mesh import block, join, node_at
 from corovec.solver.system.system import System
 from corovec.verification.helpers import assemble, central_differences, full_matrix, make_system
 from corovec.verification.models import rectangle, warped_patch
@@ -154,6 +157,45 @@ def test_full_tangent_of_loads_that_follow(fold):
     assert np.allclose(system.solver.matrix() @ solution, right, atol=1e-9 * np.abs(right).max())
 
 
+@pytest.mark.parametrize("load, tip_at", [
+    (Pressure(1.5), (-0.456, 8.092)), (Pressure(3.0), (-4.325, 3.331)), ("moment", None)],
+    ids=["p = 1.5", "p = 3", "moment"])
+def test_loads_that_follow_converge_fast(load, tip_at):
+    """A strip of E I = 100 N m^2 and length 10 m, clamped, under a pressure or an end moment across
+    its edge, in few iterations: half of the load stiffness makes them linear.  Positions of the tip
+    under pressure are those of an elastica; the mesh of 80 elements is within 5e-3 m."""
+    model, tip = cantilever(10.0, (80, 1), lambda X, t: line_moment(X, t, (20.0, -20.0, 0.0)),
+                            **BEAM)
+    if tip_at:
+        model = replace(model, loads=[load])
+    result = load_control(model, np.linspace(0.1, 1.0, 10))
+    assert np.all(result.steps == 1) and result.iterations.max() <= 12
+    if tip_at:
+        end = model.nodes[tip[0]] + result.displacement[-1, tip[0]]
+        assert np.allclose(end[[0, 2]], tip_at, atol=0.02)
+
+
+def test_arc_length_under_pressure_passes_a_limit_point():
+    """A shallow cap, hinged at its rim: the work of the pressure, int p dV by trapezoids over the
+    rows, is the strain energy, before and behind the largest pressure."""
+    nodes, quads = block([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], (8, 8))
+    nodes[:, 2] = 0.1 * (1.0 - nodes[:, 0] ** 2) * (1.0 - nodes[:, 1] ** 2)
+    rim = np.flatnonzero(np.isclose(np.abs(nodes[:, :2]).max(axis=1), 1.0))
+    crown = int(np.argmax(nodes[:, 2]))
+    model = Model(nodes, quads, 0.02, 1e7, 0.3, 1.0, loads=[Pressure(-1000.0)],
+                  supports=[Support(tuple(rim), ("x", "y", "z"))])
+    path = arc_length(model, 0.02, lambda factor, u: u[crown, 2] < -0.015, max_steps=60)
+    largest = int(np.argmax(path.factors))
+    assert 3 < largest < len(path.factors) - 2
+    assert path.factors[-1] < 0.8 * path.factors[largest]
+    corners = (nodes + path.displacement)[:, quads]
+    areas = 0.5 * np.cross(corners[:, :, 2] - corners[:, :, 0], corners[:, :, 3] - corners[:, :, 1])
+    volume = np.einsum("keic,kec->k", corners, areas) / 12.0
+    work = np.r_[0.0, np.cumsum(-1000.0 * 0.5 * (path.factors[1:] + path.factors[:-1])
+                                * np.diff(volume))]
+    assert np.abs(work - path.strain_energy).max() < 0.01 * path.strain_energy.max()
+
+
 def test_loads_from_lines_and_surfaces():
     """Consistent nodal forces: resultants and first moments of the distributed loads."""
     plate = rectangle(3.0, 2.0, (5, 4))
@@ -225,7 +267,7 @@ def test_arc_length_passes_a_limit_point():
     k = falling[0] // 2
     level = load_control(model, [float(result.factors[k])])
     assert np.allclose(level.displacement[-1], result.displacement[k], atol=1e-6)
-    with pytest.raises(StepError, match="no equilibrium beyond load factor"):
+    with pytest.raises(StepError, match="no equilibrium found beyond load factor"):
         load_control(model, [0.5, 0.9], StaticSettings(max_divisions=6))
 
 
@@ -282,6 +324,43 @@ def test_wrong_use_is_told(action, message):
     model, _ = cantilever(4.0, (2, 1), lambda X, t: line_load(X, t, (0, 0, 1.0)), **BEAM)
     with pytest.raises(InputError, match=message):
         action(model)
+
+
+def test_a_bracket_held_at_one_node_of_its_fold_is_held():
+    """Two plates that meet at an angle: both normals of a clamped junction node are held."""
+    wide, tall = (block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (2, 2)),
+                  block([(0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)], (2, 2)))
+    nodes, quads = join([wide, tall])
+    corner = node_at(nodes, (0.0, 0.5, 0.0))
+    model = Model(nodes, quads, 0.1, 1e6, 0.3, 1.0, loads=[NodalLoad(8, (0.0, 0.0, 1.0))],
+                  supports=[Support((corner,), CLAMPED)])
+    assert np.diff(model.directors.first)[corner] == 2
+    displacement, _ = solve_linear(model)
+    assert np.abs(displacement).max() > 0.0 and np.all(displacement[corner] == 0.0)
+    smooth = Model(nodes[:9], quads[:4], 0.1, 1e6, 0.3, 1.0, loads=[NodalLoad(8, (0.0, 0.0, 1.0))],
+                   supports=[Support((0,), CLAMPED)])
+    with pytest.raises(InputError, match="leave 1 rigid motion of the shell free"):
+        solve_linear(smooth)
+
+
+def test_weight_is_mass_times_g():
+    """A warped sheet falls freely under its weight: -g t^2/2 everywhere, without strain; its mass
+    is rho h times its true area, that of a corner lifted by half a side 1.7 % above the projected
+    one."""
+    nodes, quads = block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (1, 1))
+    nodes[2, 2] = 0.5
+    fine = np.linspace(-1.0, 1.0, 401)[1::2]
+    xi, eta = np.meshgrid(fine, fine)
+    area = np.mean(np.sqrt(1.0 + (0.25 * (1.0 + eta)) ** 2 + (0.25 * (1.0 + xi)) ** 2))
+    g, rho, h = 9.81, 2.0, 0.1
+    model = Model(nodes, quads, h, 1e6, 0.3, rho,
+                  loads=surface_load(nodes, quads, (0.0, 0.0, -g * rho * h)))
+    mass = model.elements.mass.sum()
+    assert np.isclose(mass, rho * h * area, rtol=1e-4)
+    assert np.isclose(sum(load.force[2] for load in model.loads), -mass * g, rtol=1e-14)
+    result = simulate(model, Settings(dt=0.01, end_time=1.0))
+    assert np.abs(result.displacement - (0.0, 0.0, -0.5 * g)).max() < 1e-10
+    assert result.history["strain_energy"].max() < 1e-20
 
 
 def test_free_shell_in_statics_is_told():

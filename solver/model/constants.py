@@ -68,7 +68,7 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
         "l": np.ascontiguousarray(linear[:, :, 1:]),
         "Q": np.ascontiguousarray(quadratic[:, :, 1:, 1:]),
         "k_b": _bending_and_shear(local, points, thickness, youngs, poisson, shear),
-        "mass": _mass(points, thickness, density),
+        "mass": _mass(corners, thickness, density),
         "inertia": thickness**2 / 12.0,
     }
 
@@ -223,7 +223,18 @@ def _mitc4_shear(local, point):
     return np.linalg.solve(_jacobian(local, natural), covariant)
 
 
-def _mass(points, thickness, density):
-    """Consistent translational mass ``rho h int N_i N_j J_a dxi deta``, Eqs. (38), (40a)."""
-    mass = sum(np.einsum("i,j,e->eij", shape, shape, det) for shape, _, det in points)
+def area_factors(corners, point):
+    """``|x,xi x x,eta|`` (n_elem,) of the bilinear surfaces at a natural point: the true area, also
+    of a warped element, by which mass, weight and surface loads are distributed [m^2]."""
+    _, natural = shape_functions(point)
+    tangents = np.einsum("ai,eic->aec", natural, corners)
+    return np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1)
+
+
+def _mass(corners, thickness, density):
+    """Consistent translational mass ``rho h int N_i N_j dA``, Eqs. (38), (40a)."""
+    mass = np.zeros((len(corners), 4, 4))
+    for point in GAUSS:
+        shape, _ = shape_functions(point)
+        mass += np.einsum("i,j,e->eij", shape, shape, area_factors(corners, point))
     return mass * (density * thickness)[:, None, None]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..checks import choice, distinct, existing, floats, integer, integers, number, vector
 from ..errors import InputError
-from .constants import GAUSS, shape_functions
+from .constants import GAUSS, area_factors, shape_functions
 from .mesh import check_connectivity, node_numbers
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
@@ -176,9 +176,8 @@ def surface_load(nodes, quads, force, history=CONSTANT):
     force = np.array(vector("surface load: force", force, "N/m^2"))
     shares = np.zeros(len(nodes))
     for point in GAUSS:
-        shape, natural = shape_functions(point)
-        tangents = np.einsum("ai,eic->aec", natural, nodes[quads])
-        area = np.linalg.norm(np.cross(tangents[0], tangents[1]), axis=1)
+        shape, _ = shape_functions(point)
+        area = area_factors(nodes[quads], point)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
     return [NodalLoad(i, shares[i] * force, history) for i in np.unique(quads)]

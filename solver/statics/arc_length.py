@@ -9,7 +9,6 @@ from ..model.loads import CONSTANT
 from ..model.model import Model
 from ..results.files import output_path
 from ..system.failure import NotConverged
-from ..system.loads import at_time
 from .path import Path
 from .settings import StaticSettings
 
@@ -44,8 +43,8 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
         ``StaticResult``, a row for each step, the first at zero load.
 
     Raises:
-        InputError: a load depends on time or follows the shell, none acts on a free component, or
-            a displacement is prescribed.
+        InputError: a load depends on time, none acts on a free component, or a displacement is
+            prescribed.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: no convergence even with the smallest length, or ``until`` not met in time.
     """
@@ -73,7 +72,7 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
         except NotConverged as failure:
             length *= 0.5
             if length < smallest:
-                raise StepError(f"no equilibrium beyond load factor {factor:.6g}: "
+                raise StepError(f"no equilibrium found beyond load factor {factor:.6g}: "
                                 f"{failure}") from None
             continue
         length *= min(2.0, np.sqrt(wanted / used))
@@ -86,16 +85,13 @@ class _Arc:
     """Steps of given length along a path.
 
     Raises:
-        InputError: a load follows the shell, or none acts on a free component.
+        InputError: no load acts on a free component.
     """
 
     def __init__(self, path, settings):
         self._path, self._equilibrium, self._settings = path, path.equilibrium, settings
         system = path.equilibrium.system
-        if not system.all_dead:
-            raise InputError("arc length needs dead nodal forces")
-        self._load = system.take_loads(at_time(1.0)).forces
-        if not np.any(path.equilibrium.free(self._load)):
+        if not np.any(path.equilibrium.free(path.equilibrium.unit_forces())):
             raise InputError("arc length needs a load that is not zero where no support holds")
         self._displacements = np.sort(system.translations.ravel())
 
@@ -119,15 +115,16 @@ class _Arc:
         moved = first = None
         equilibrium.works = []
         for k in range(1, self._settings.max_iterations + 1):
+            load = equilibrium.unit_forces()
             correction = equilibrium.correction(factor, mixed=k > 1)
-            tangent = solver.solve(equilibrium.free(self._load))
+            tangent = solver.solve(equilibrium.free(load))
             if k == 1:
                 # predictor along the tangent, onwards
                 size = length / np.linalg.norm(tangent[taken])
                 change = size if self._onwards(tangent) else -size
                 correction = change * tangent
                 moved = correction[taken].copy()
-                first = abs(change * float(self._load @ correction))
+                first = abs(change * float(load @ correction))
                 equilibrium.works.append(first)
             else:
                 equilibrium.works.append(equilibrium.work(correction))
@@ -140,8 +137,7 @@ class _Arc:
             equilibrium.move(correction)
             if equilibrium.converged(k, first):
                 return k, factor
-        raise NotConverged(f"{k} iterations reached a work ratio of "
-                           f"{equilibrium.works[-1] / first:.2g}")
+        raise NotConverged(equilibrium.too_slow(first))
 
     def _onwards(self, tangent):
         """Whether ``tangent`` points away from the row before the last one."""

@@ -93,8 +93,23 @@ class Equilibrium:
             mixed = True
             if self.converged(k, max(self.works)):
                 return k
-        raise NotConverged(f"{k} iterations reached a work ratio of "
-                           f"{self.works[-1] / max(self.works):.2g}")
+        raise NotConverged(self.too_slow(max(self.works)))
+
+    def too_slow(self, first):
+        """What the iterations so far reached, in words, ``first`` being the work of the first."""
+        last, before = self.works[-1], self.works[-2]
+        reached = f"{len(self.works)} iterations reached a work ratio of {last / first:.2g}"
+        if last < before:
+            reached += f"; it converges, slowly: {last / before:.2g} of the work is left each time"
+        return reached
+
+    def unit_forces(self):
+        """Generalized forces (n_dof,) of the loads of factor 1 in the present state."""
+        system = self.system
+        if system.all_dead:
+            return system.take_loads(at_factor(1.0)).forces
+        self.assemble(1.0, tangent=False)
+        return system.residual.applied.copy()
 
     def work(self, correction):
         """Work of the residual in a correction [J]."""

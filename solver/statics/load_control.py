@@ -70,7 +70,7 @@ def _reach(path, target, settings):
             iterations += len(path.equilibrium.works)
             step = 0.5 * (goal - reached)
             if step < smallest:
-                raise StepError(f"no equilibrium beyond load factor {reached:.6g}: "
+                raise StepError(f"no equilibrium found beyond load factor {reached:.6g}: "
                                 f"{failure}") from None
             continue
         iterations, steps, reached = iterations + used, steps + 1, goal
