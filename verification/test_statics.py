@@ -1,5 +1,7 @@
 """Statics: loads and their stiffness, load control, arc length, prescribed displacements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -152,6 +154,23 @@ def test_full_tangent_of_loads_that_follow(fold):
     system.solver.factor()
     solution = system.solver.solve(right)
     assert np.allclose(system.solver.matrix() @ solution, right, atol=1e-9 * np.abs(right).max())
+
+
+def test_pressures_that_cancel():
+    """Nothing follows the shell then, and the skyline runs."""
+    model, tip = cantilever(2.0, (4, 1), lambda X, t: line_load(X, t, (0, 0, 4.0)), **BEAM)
+    both = replace(model, loads=[*model.loads, Pressure(1.0), Pressure(-1.0)])
+    expected, found = (load_control(m, [1.0]) for m in (model, both))
+    assert np.array_equal(found.displacement, expected.displacement)
+    assert found.solver == "skyline"
+
+
+def test_linear_solution_is_linear_in_loads_that_follow():
+    """K(0) is that of the unloaded shell: pressures do not stiffen it."""
+    model, tip = cantilever(2.0, (4, 1), lambda X, t: [Pressure(1.0)], **BEAM)
+    one, _ = solve_linear(model)
+    ten, _ = solve_linear(replace(model, loads=[Pressure(10.0)]))
+    assert np.abs(ten - 10.0 * one).max() < 1e-9 * np.abs(ten).max()
 
 
 def test_loads_from_lines_and_surfaces():

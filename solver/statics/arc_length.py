@@ -8,12 +8,9 @@ from ..errors import InputError, StepError
 from ..model.loads import CONSTANT
 from ..model.model import Model
 from ..results.files import output_path
-from ..system.failure import NotConverged
-from ..system.loads import at_time
+from ..system.failure import NotConverged, told
 from .path import Path
-from .settings import StaticSettings
-
-DEFAULT = StaticSettings()
+from .settings import DEFAULT
 
 ROOM = 100
 """Steps that a file has room for at first."""
@@ -78,7 +75,8 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
             continue
         length *= min(2.0, np.sqrt(wanted / used))
         factor = reached
-        path.append(factor, used, 1, length, shown=len(path.rows))
+        with told():
+            path.append(factor, used, 1, length, shown=len(path.rows))
     return path.result(0)
 
 
@@ -94,7 +92,7 @@ class _Arc:
         system = path.equilibrium.system
         if not system.all_dead:
             raise InputError("arc length needs dead nodal forces")
-        self._load = system.take_loads(at_time(1.0)).forces
+        self._load = system.loads(1.0).dead.forces
         if not np.any(path.equilibrium.free(self._load)):
             raise InputError("arc length needs a load that is not zero where no support holds")
         self._displacements = np.sort(system.translations.ravel())
