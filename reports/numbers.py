@@ -44,14 +44,22 @@ def numbers(folder):
         raise InputError(f"{path} does not exist: numbers are written in a checkout only")
     snapshot = json.loads(path.read_text(encoding="utf-8"))
     if folder is not None:
-        found = collect(folder)
+        try:
+            found = collect(folder)
+        except (OSError, LookupError, TypeError, AttributeError, ValueError) as error:
+            raise InputError(f"{folder}: a study.json or timing.json is damaged: "
+                             f"{type(error).__name__} {error}") from None
         if not any(found.values()):
             raise InputError(f"{folder} holds no study.json and no timing.json")
         snapshot = {kind: {**snapshot[kind], **found[kind]} for kind in snapshot}
-        path.write_text(json.dumps(snapshot, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    for page in pages(ROOT):
-        old = page.read_text(encoding="utf-8")
-        if (new := render(old, snapshot)) != old:
+    try:
+        written = {page: render(page.read_text(encoding="utf-8"), snapshot) for page in pages(ROOT)}
+    except (LookupError, TypeError, ValueError) as error:
+        raise InputError(f"the numbers of {folder or path} are not whole: "
+                         f"{type(error).__name__} {error}") from None
+    written[path] = json.dumps(snapshot, indent=1, ensure_ascii=False) + "\n"
+    for page, new in written.items():
+        if new != page.read_text(encoding="utf-8"):
             page.write_text(new, encoding="utf-8")
             click.echo(f"{page.relative_to(ROOT)} written anew")
 

@@ -7,7 +7,6 @@ that nothing in this package imports them.
 import json
 import math
 import os
-import re
 import sys
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
@@ -80,12 +79,12 @@ def main():
 
 
 def _in_options(message):
-    """An error of Python with options for the names of its arguments, such as ``rho_inf``; those
-    that are plain words, such as ``scheme``, read well either way."""
-    options = {option.name: option.opts[0] for option in _settings_options() if "_" in option.name}
-    options |= {"overwrite": "--overwrite", "resume": "--resume"}
-    return re.sub(rf"(?<![\w./-])({'|'.join(options)})(?![\w./-])",
-                  lambda name: options[name[0]], message)
+    """An error that begins with the name of a setting in Python, such as ``rho_inf``, with its
+    option instead; plain words, such as ``scheme``, read well either way."""
+    name, _, rest = message.partition(" ")
+    if "_" not in name or name not in {option.name for option in _settings_options()}:
+        return message
+    return f"--{name.replace('_', '-')} {rest}"
 
 
 def _fail(message, status):

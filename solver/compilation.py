@@ -39,7 +39,7 @@ BESIDE = "beside-"
 
 
 def warm_up():
-    """Compile (or load from the cache) every kernel a run needs; returns the seconds it took.
+    """Compile (or load from the cache) the kernels of a run under dead forces; seconds it took.
 
     Processes that come meanwhile wait for it instead of compiling the same.
     """

@@ -6,7 +6,8 @@ class InputError(ValueError):
 
 
 class StepError(RuntimeError):
-    """A time step did not converge, even after it was halved as often as allowed."""
+    """A step of time, load or arc length did not converge, even after it was divided as often as
+    allowed, or a path did not reach its end."""
 
 
 class ResultFileError(Exception):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corovec.solver.kernels.arguments import STATIC, Loads
+from corovec.solver.kernels.arguments import STATIC
 from corovec.solver.system.linear import SuperLU
 from corovec.solver.system.system import System
 
@@ -68,7 +68,7 @@ def assemble(system, state, factors, delta, time=None, tangent=True):
         time: of the loads [s]; None for none.
         tangent: whether the matrix is wanted.
     """
-    none = Loads(np.zeros(system.numbering.n_dof), np.zeros((len(system.model.nodes), 3)))
+    none = system.loads_by(lambda history: 0.0)
     system.assemble(state, system.observe(state), factors, delta,
                     none if time is None else system.loads(time), tangent=tangent)
     return system.residual.balance.copy()

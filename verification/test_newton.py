@@ -6,8 +6,11 @@ import pytest
 from corovec import Model, Newton, NodalLoad, Scheme, Settings, Support, TimeFunction, simulate
 from corovec.benchmarks import load_case
 from corovec.solver.dynamics import kept_matrix
+from corovec.solver.dynamics.newton import StepRecord
+from corovec.solver.dynamics.stepping import Stepper
 from corovec.solver.kernels import transport
 from corovec.solver.system.linear import Banded, Skyline
+from corovec.solver.system.system import System
 from corovec.verification.models import MATERIAL, rectangle, spinning
 
 PULSE = TimeFunction((0.0, 0.2, 0.4), (0.0, 1.0, 0.0))
@@ -88,3 +91,18 @@ def test_balance_conserves_linear_momentum(monkeypatch):
     monkeypatch.setattr(kept_matrix, "Call", lambda kernel: (
         (lambda *arguments: None) if kernel is transport.balance else kernel))
     assert simulate(model, settings).drift.linear_momentum > 1e-12
+
+
+def test_a_kept_matrix_knows_that_another_was_made():
+    """Two steppers on one system: neither takes the other's factorization for its own."""
+    system = System(load_case("l-plate").model(30))
+    scheme = Scheme()
+    one, other = (Stepper(system, scheme, Newton()) for _ in range(2))
+    state = system.initial_state()
+    place = system.observe(state)
+    one.advance(state, place, 0.0, 0.01, StepRecord())
+    assert one.iteration.kept.serves(scheme.midpoint(0.01))
+    state = system.initial_state()
+    other.advance(state, system.observe(state), 0.0, 0.02, StepRecord())
+    assert other.iteration.kept.serves(scheme.midpoint(0.02))
+    assert not one.iteration.kept.serves(scheme.midpoint(0.01))

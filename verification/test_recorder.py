@@ -325,7 +325,7 @@ def test_static_file_is_not_overwritten_or_mixed_up(tmp_path, model):
     path, factors = tmp_path / "run.h5", [0.5, 1.0]
     path.write_bytes(b"precious")
     for run in (snap_through, lambda **options: bending(factors, **options)):
-        with pytest.raises(ResultFileError, match="exists: overwrite replaces it .*resume"):
+        with pytest.raises(ResultFileError, match="exists; overwrite .* replaces it"):
             run(output=path)
         with pytest.raises(InputError, match="resume and overwrite exclude each other"):
             run(output=path, resume=True, overwrite=True)
@@ -411,7 +411,7 @@ def test_existing_file_is_not_overwritten(tmp_path, model):
     path = tmp_path / "run.h5"
     path.write_bytes(b"precious")
     settings = Settings(dt=0.01, end_time=0.1)
-    with pytest.raises(ResultFileError, match="exists: overwrite replaces it .*resume"):
+    with pytest.raises(ResultFileError, match="exists; overwrite .* replaces it"):
         simulate(model, settings, output=path)
     with pytest.raises(ResultFileError, match="damaged or not a result file"):
         simulate(model, settings, output=path, resume=True)

@@ -196,6 +196,23 @@ def test_arc_length_under_pressure_passes_a_limit_point():
     assert np.abs(work - path.strain_energy).max() < 0.01 * path.strain_energy.max()
 
 
+def test_pressures_that_cancel():
+    """Nothing follows the shell then, and the skyline runs."""
+    model, tip = cantilever(2.0, (4, 1), lambda X, t: line_load(X, t, (0, 0, 4.0)), **BEAM)
+    both = replace(model, loads=[*model.loads, Pressure(1.0), Pressure(-1.0)])
+    expected, found = (load_control(m, [1.0]) for m in (model, both))
+    assert np.array_equal(found.displacement, expected.displacement)
+    assert found.solver == "skyline"
+
+
+def test_linear_solution_is_linear_in_loads_that_follow():
+    """K(0) is that of the unloaded shell: pressures do not stiffen it."""
+    model, tip = cantilever(2.0, (4, 1), lambda X, t: [Pressure(1.0)], **BEAM)
+    one, _ = solve_linear(model)
+    ten, _ = solve_linear(replace(model, loads=[Pressure(10.0)]))
+    assert np.abs(ten - 10.0 * one).max() < 1e-9 * np.abs(ten).max()
+
+
 def test_loads_from_lines_and_surfaces():
     """Consistent nodal forces: resultants and first moments of the distributed loads."""
     plate = rectangle(3.0, 2.0, (5, 4))

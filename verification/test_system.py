@@ -119,7 +119,7 @@ def test_material_may_vary_by_element():
                   velocity=np.tile((2.0, 0.0, 0.0), (len(base.nodes), 1)))
     system = System(model)
     state = system.initial_state()
-    state.x += rng.uniform(-0.02, 0.02, state.x.shape)
+    state.x[:] += rng.uniform(-0.02, 0.02, state.x.shape)
     place = system.observe(state)
     energies = [reference_element.energy(state.x[q], place.start.p[q], model.nodes[q],
                                          model.normals[q], h[k], E[k], nu[k])
@@ -155,3 +155,32 @@ def test_sparse_pattern_covers_exactly_the_coupled_nodes():
     matrix = system.solver.matrix()
     assert matrix.nnz == 25 * graph.nnz
     assert triu(matrix).nnz == len(system.solver.values)
+
+
+def test_a_state_is_changed_in_place_only():
+    """An array put beside the motion would not be seen by kernels and checkpoints."""
+    state = System(rectangle(1.0, 1.0, (1, 1))).initial_state()
+    with pytest.raises(AttributeError):
+        state.velocity = np.zeros_like(state.velocity)
+    packed = state.pack()
+    state.velocity[:] = 2.0
+    assert np.array_equal(state.motion.velocity, state.velocity)
+    state.unpack(packed)
+    assert np.all(state.velocity == 0.0)
+
+
+def test_increments_may_be_strided():
+    """What kernels take without looking is made contiguous before."""
+    system = System(warped_patch(np.random.default_rng(2)))
+    n, step = system.numbering.n_dof, Scheme().midpoint(0.1)
+    wide = np.random.default_rng(3).uniform(-0.01, 0.01, (n, 2))
+    strided, plain = wide[:, 0], wide[:, 0].copy()
+    assert not strided.flags.c_contiguous
+    forces, ends = [], []
+    for delta in (plain, strided):
+        state = system.initial_state()
+        forces.append(assemble(system, state, step, delta))
+        assert system.inside(state, step, delta)
+        system.coordinates.accept(state, Scheme().end(0.1), delta)
+        ends.append(state.pack())
+    assert np.array_equal(*forces) and np.array_equal(*ends)

@@ -41,7 +41,7 @@ class KeptMatrix:
         held = np.zeros(n_nodes, dtype=bool)
         held[numbering.node_of_dof[fixed]] = True
         self._turning = Turning(corner, held, *np.zeros((4, n_nodes, 3, 3)))
-        self._nodes, self._quads, self._solver = system.dofs.nodes, quads, system.solver
+        self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass
         self._free = not fixed.any()
         self._turned = np.zeros(numbering.n_dof)
@@ -52,15 +52,15 @@ class KeptMatrix:
 
     def forget(self):
         """Drop the factorization: the next step starts with its own."""
-        self._step, self._carried = None, False
+        self._step, self._number, self._carried = None, None, False
 
     def serves(self, step):
-        """Whether there is a factorization for steps of this length and scheme."""
-        return self._step == step
+        """Whether there still is the factorization of a step of this length and scheme."""
+        return self._step == step and self._number == self._system.factorizations
 
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for a step from ``state``."""
-        self._step, self._carried = step, False
+        self._step, self._number, self._carried = step, self._system.factorizations, False
         self._keep(self._nodes, self._quads, state.motion, place.start, self._turning)
 
     def carry(self, state, place):
@@ -71,9 +71,9 @@ class KeptMatrix:
     def solve(self, residual):
         """Correction for a residual, ``T K_0^-1 T^T r``; of a free shell with its exact mean."""
         if not self._carried:
-            return self._solver.solve(residual)
+            return self._system.solver.solve(residual)
         self._turn_back(self._nodes, self._turning, residual, self._turned)
-        correction = self._solver.solve(self._turned)
+        correction = self._system.solver.solve(self._turned)
         self._turn_on(self._nodes, self._turning, correction)
         if self._free:
             self._balance(self._nodes.start, self._mass, self._step.delta, residual, correction)

@@ -6,7 +6,11 @@ import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from ..kernels.arguments import Factors
 from ..system.failure import NotConverged
+from ..system.linear import NOT_TOLD
+from ..system.loads import Applied
+from ..system.state import Place, State
 
 MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
@@ -68,10 +72,6 @@ class StepRecord:
             self.indefinite += 1
 
 
-NOT_TOLD = -1
-"""Number of indefinite matrices where the solver does not tell."""
-
-
 class Problem(NamedTuple):
     """The equations of one step.
 
@@ -80,15 +80,15 @@ class Problem(NamedTuple):
         place: ``Place`` of that.
         step: ``arguments.Factors``.
         dt: its length [s].
-        loads: ``arguments.Loads`` at the generalized midpoint.
+        loads: ``Applied`` at the generalized midpoint.
         averaged: whether T is the average of both ends.
     """
 
-    state: object
-    place: object
-    step: object
+    state: State
+    place: Place
+    step: Factors
     dt: float
-    loads: object
+    loads: Applied
     averaged: bool
 
 
@@ -174,8 +174,10 @@ class Iteration:
         """Factorize the assembled matrix, and keep it for other steps if wanted."""
         clock = time.perf_counter()
         self.kept.forget()
-        record.count(self.system.solver.factor())
-        self.seconds.factorization += time.perf_counter() - clock
+        try:
+            record.count(self.system.factorize())
+        finally:
+            self.seconds.factorization += time.perf_counter() - clock
         if keep:
             self.kept.made(problem.step, problem.state, problem.place)
 

@@ -11,6 +11,7 @@ from ..model.model import Model
 from ..results.files import output_path
 from ..results.recorder import Recorder
 from ..runtime.provenance import describe
+from ..system.failure import told
 from ..system.system import System
 from .newton import StepRecord
 from .result import HISTORY, Result
@@ -53,7 +54,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         raise InputError("resume needs output, the file to continue")
     output = output_path(output, overwrite, resume)
     _check_impulses(model, settings)
-    with threadpool_limits(1):
+    with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case)
 
 

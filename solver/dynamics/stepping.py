@@ -72,11 +72,11 @@ class Stepper:
     def _accept(self, problem, time, delta, record):
         """End of a converged step: new state, work of the loads, new axes."""
         system, state, dt = self.system, problem.state, problem.dt
-        applied = problem.loads.forces
+        applied = problem.loads.dead.forces
         if self._scheme.alpha_f != 0.5:
-            applied = system.loads(time + 0.5 * dt).forces
+            applied = system.loads(time + 0.5 * dt).dead.forces
         if not system.all_dead:
-            applied = applied + system.residual.applied - problem.loads.forces
+            applied = applied + system.residual.applied - problem.loads.dead.forces
         system.coordinates.accept(state, self._factors[dt][1], delta)
         state.external_work += float(applied @ delta)
         record.switches += system.coordinates.renew(state, dt)

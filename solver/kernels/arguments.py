@@ -1,6 +1,6 @@
-"""What kernels take and return: arrays and numbers with names, shapes and units.
+"""What Python passes to kernels and gets back: arrays and numbers with names, shapes and units.
 
-All of them stand here, beside the kernels, because a field is a position in compiled code: the
+All of it stands here, beside the kernels, because a field is a position in compiled code: the
 cache of compiled kernels is named after a hash of this folder.  A kernel that can fail returns the
 index of what failed (a node, a pivot), or ``DONE``.
 """
@@ -181,7 +181,7 @@ class Loads(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """Strains from which a mixed tangent takes its stresses, see ``statics.predict_strains``.
+    """Strains from which a mixed tangent takes its stresses, see ``updates.predict_strains``.
 
     Attributes:
         used: whether the tangent is a mixed one.
@@ -241,7 +241,8 @@ class NodalWork(NamedTuple):
         force_p: (n_directors, 3) internal forces on the normals [N m].
         rate_p: (n_directors, 3) inertial forces on the normals [N m].
         ends_p: (2, n_directors, 3) internal forces on the normals at end and start, where T is the
-            average of both.
+            average of both; its first half takes the predicted forces of a mixed tangent, which
+            statics alone has.
     """
 
     dx: np.ndarray

@@ -6,23 +6,24 @@ an element repeats the last one.
 """
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
 
 from . import element
 from .arguments import DONE
+from .jit import kernel
 from .lanes import WIDTH, lanes, new, pair
 from .nodes import advance_nodes, curvature, derivatives, moment_forces, moment_skew
 from .tangent import tangent, tangent_work
 
 
-@njit(cache=True)
+@kernel
 def members(elements, group):
     """First element of a group and how many elements it has; the last group may have fewer."""
     first = WIDTH * group
     return first, min(WIDTH, elements.nodes.shape[0] - first)
 
 
-@njit(cache=True)
+@kernel
 def gather_positions(x, x_low, nodes, y_):
     """Positions of vertices 2..4 relative to vertex 1 from compensated nodal positions.
 
@@ -37,7 +38,7 @@ def gather_positions(x, x_low, nodes, y_):
                 y_[k, c, v] = (x[j, c] - x[i, c]) + (x_low[j, c] - x_low[i, c])
 
 
-@njit(cache=True)
+@kernel
 def _gather_increments(dx, nodes, dy_):
     """Increments of vertices 2..4 relative to vertex 1, ``dy_`` (3, 3, WIDTH)."""
     for v in range(WIDTH):
@@ -47,7 +48,7 @@ def _gather_increments(dx, nodes, dy_):
                 dy_[k, c, v] = dx[nodes[el, k + 1], c] - dx[nodes[el, 0], c]
 
 
-@njit(cache=True)
+@kernel
 def gather_vertices(p, vertices, q_):
     """Vectors of the four vertices, ``q_`` (4, 3, WIDTH)."""
     for v in range(WIDTH):
@@ -57,7 +58,7 @@ def gather_vertices(p, vertices, q_):
                 q_[i, c, v] = p[vertices[el, i], c]
 
 
-@njit(cache=True)
+@kernel
 def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
     """Columns dp/dn of the four vertices, ``A_`` (4, 3, 3, WIDTH), and how many of them are used in
     any lane."""
@@ -72,7 +73,7 @@ def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
                     A_[i, c, k, v] = A1[directors[el, i], c, k]
 
 
-@njit(cache=True)
+@kernel
 def gather_rows(rows, first, count, q_):
     """Rows of an element array, ``q_`` (n, WIDTH)."""
     for v in range(WIDTH):
@@ -81,7 +82,7 @@ def gather_rows(rows, first, count, q_):
             q_[k, v] = rows[el, k]
 
 
-@njit(cache=True)
+@kernel
 def put_rows(q_, first, count, rows):
     """The opposite of ``gather_rows``."""
     for v in range(count):
@@ -89,7 +90,7 @@ def put_rows(q_, first, count, rows):
             rows[first + v, k] = q_[k, v]
 
 
-@njit(cache=True)
+@kernel
 def gather_strains(t, b, e, first, count, t_, b_, e_):
     """Strains of the elements of a group, see ``arguments.Start``."""
     gather_rows(t.reshape(-1, 9), first, count, t_.reshape(9, WIDTH))
@@ -97,7 +98,7 @@ def gather_strains(t, b, e, first, count, t_, b_, e_):
     gather_rows(e, first, count, e_)
 
 
-@njit(cache=True)
+@kernel
 def _add(factor, q_, vertices, total):
     """Add ``factor`` times the vectors ``q_`` (4, 3, WIDTH) of the vertices, element by element."""
     for v in range(vertices.shape[0]):
@@ -106,7 +107,7 @@ def _add(factor, q_, vertices, total):
                 total[vertices[v, i], c] += factor * q_[i, c, v]
 
 
-@njit(cache=True)
+@kernel
 def _move(y_0, dy, weight, y):
     """``y = y_0 + weight dy``"""
     for k in range(3):
@@ -114,7 +115,7 @@ def _move(y_0, dy, weight, y):
             y[k, c] = y_0[k, c] + weight * dy[k, c]
 
 
-@njit(cache=True)
+@kernel
 def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
     """Eq. (70): (t, b, e) at the end <- (1 - alpha_f) end + alpha_f start."""
     for k in range(3):
@@ -126,7 +127,7 @@ def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
         e[s] = weight * e[s] + alpha_f * e_0[s]
 
 
-@njit(cache=True)
+@kernel
 def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
     """``m_ij x_ddot_j``, ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
     for i in range(4):
@@ -137,7 +138,7 @@ def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
                                       + mass[i, 2] * a_p[2, c] + mass[i, 3] * a_p[3, c])
 
 
-@njit(cache=True)
+@kernel
 def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
     """``ke <- stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
     for i in range(4):
@@ -155,7 +156,7 @@ def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
                         A[i, 0, r] * A[j, 0, k] + A[i, 1, r] * A[j, 1, k] + A[i, 2, r] * A[j, 2, k])
 
 
-@njit(cache=True)
+@kernel
 def scatter(storage, dofs, nodes, first, v, ke_, values):
     """Add lane ``v`` of the lower triangle ``ke_`` (24 * 24, WIDTH) to the solver's storage.
 
@@ -184,7 +185,7 @@ def scatter(storage, dofs, nodes, first, v, ke_, values):
                             uint64(entry + col_step * k), uint64(v)]
 
 
-@njit(cache=True)
+@kernel
 def step_system(elements, dofs, motion, start, step, averaged, delta, loads, storage,
                 with_tangent, predicted, values, residual, work):
     """Residual and symmetric iteration matrix of one step, Eqs. (58)-(70).
@@ -231,7 +232,7 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
                  values, work):
     """Internal and inertial forces of all elements, and their matrices."""
@@ -313,7 +314,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 
 
-@njit(cache=True)
+@kernel
 def _couples(R, g, f_p):
     """Forces on the normals, ``R^T g``."""
     for i in range(4):
@@ -321,7 +322,7 @@ def _couples(R, g, f_p):
             f_p[i, c] = R[0, c] * g[i, 0] + R[1, c] * g[i, 1]
 
 
-@njit(cache=True)
+@kernel
 def reduce(dofs, chart, averaged, p_start, loads, residual, work):
     """Chain rule to rotational variables, ``f_n = A1^T f_p``.  Held dofs carry no residual."""
     start, n_rot, first, _ = dofs.nodes
@@ -349,7 +350,7 @@ def reduce(dofs, chart, averaged, p_start, loads, residual, work):
         balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
-@njit(cache=True)
+@kernel
 def reduce_ends(nodes, chart, p_start, unmasked, work):
     """``f_n -= A1^T f_p`` at the end and at the start of the step, where T is their average."""
     start, n_rot, first = nodes.start, nodes.n_rot, nodes.first
@@ -363,7 +364,7 @@ def reduce_ends(nodes, chart, p_start, unmasked, work):
                         unmasked[start[i] + 3 + k] -= A_end[d, c, k] * work.ends_p[end, d, c]
 
 
-@njit(cache=True)
+@kernel
 def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
     """Second derivative of the normals, ``f_p . d2p/dn2``, with the symmetric part of the load
     stiffness of moments."""
@@ -379,7 +380,7 @@ def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
                     values[diagonal[row] - stride * (k - l)] += factor * H[k, l]
 
 
-@njit(cache=True)
+@kernel
 def add_moment_skew(dofs, storage, chart, factor, moments, work, skew):
     """Skew part of the load stiffness of moments, proportional to M . p on a smooth node."""
     start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
@@ -395,7 +396,7 @@ def add_moment_skew(dofs, storage, chart, factor, moments, work, skew):
                     skew[storage.diagonal[row] - storage.stride * (k - l)] += factor * H[k, l]
 
 
-@njit(cache=True)
+@kernel
 def _hold(dofs, storage, values):
     """Unit rows for held dofs."""
     if dofs.any_fixed:

@@ -9,8 +9,7 @@ the next step.
 
 import math
 
-from numba import njit
-
+from .jit import kernel
 from .vectors import along, cross, dot
 
 CHART_LIMIT = 0.95
@@ -31,7 +30,7 @@ EARLIEST = 0.4
 """Size of the dependent component now that a chart chosen ahead must have: a step may turn far."""
 
 
-@njit(cache=True)
+@kernel
 def normal(n, m, triad, p):
     """``p`` (3,) from its two variables; False (p untouched) where they leave the chart."""
     rest = 1.0 - n * n - m * m
@@ -43,7 +42,7 @@ def normal(n, m, triad, p):
     return True
 
 
-@njit(cache=True)
+@kernel
 def first_derivatives(p, triad, A1):
     """``A1`` (3, >=2) of Eq. (27): ``dp/dn = t_1 - (n/s) t_3``, ``dp/dm = t_2 - (m/s) t_3``."""
     s = along(p, triad, 2)
@@ -53,7 +52,7 @@ def first_derivatives(p, triad, A1):
         A1[c, 1] = triad[1, c] - b * triad[2, c]
 
 
-@njit(cache=True)
+@kernel
 def second_derivatives(p, triad):
     """``(s_nn, s_nm, s_mm)`` of Eq. (29) for s = p . t_3; the other components are linear."""
     n, m, s = along(p, triad, 0), along(p, triad, 1), along(p, triad, 2)
@@ -61,7 +60,7 @@ def second_derivatives(p, triad):
     return -1.0 / s - n * n / cube, -n * m / cube, -1.0 / s - m * m / cube
 
 
-@njit(cache=True)
+@kernel
 def convective(p, triad, rates):
     """The single component (along t_3) of A2, Eq. (28)."""
     nn, nm, mm = second_derivatives(p, triad)
@@ -69,13 +68,13 @@ def convective(p, triad, rates):
             + mm * rates[1] * rates[1])
 
 
-@njit(cache=True)
+@kernel
 def empty(triad):
     """Whether a node has no triad yet."""
     return triad[2, 0] == 0.0 and triad[2, 1] == 0.0 and triad[2, 2] == 0.0
 
 
-@njit(cache=True)
+@kernel
 def choose_triad(v, ahead, old, fixed_component, follow, triad):
     """Fill ``triad`` for a unit vector ``v`` that moves to ``ahead``; False if it is ``old``.
 
@@ -109,7 +108,7 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
     return _choose_global(v, v, old, fixed_component, triad)
 
 
-@njit(cache=True)
+@kernel
 def _choose_global(v, ahead, old, fixed_component, triad):
     """Global axes: the one along t_3 stays unless another component exceeds it by
     ``SWITCH_RATIO`` (``old = 0``: none yet, the largest)."""

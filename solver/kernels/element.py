@@ -18,7 +18,7 @@ rank-3 correction, and so is the tangent of Eq. (63).  Everything is evaluated i
 import math
 from typing import NamedTuple
 
-from numba import njit
+from .jit import kernel
 
 
 class Diagonals(NamedTuple):
@@ -39,7 +39,7 @@ class Diagonals(NamedTuple):
     L24: float
 
 
-@njit(cache=True)
+@kernel
 def frame(y, R):
     """Local frame, Eqs. (3), (4): rows of ``R`` are e_x, e_y, e_z.
 
@@ -65,7 +65,7 @@ def frame(y, R):
     return Diagonals(0.5 * two_a, 0.5 * two_b, length1, length2)
 
 
-@njit(cache=True)
+@kernel
 def local_variables(R, y, p, y0, r0, t, b):
     """Local variables of Eqs. (8), (10): ``t`` (3, 3) and ``b`` (11), see the module."""
     for k in range(3):
@@ -78,7 +78,7 @@ def local_variables(R, y, p, y0, r0, t, b):
             b[3 + 2 * i + c] = rotated - r0[i, c]
 
 
-@njit(cache=True)
+@kernel
 def membrane_strains(l, Q, t, e):
     """Assumed membrane measures ``e_s = l_s . t + 1/2 w^T Q_s w``."""
     w0, w1, w2 = t[0, 2], t[1, 2], t[2, 2]
@@ -92,7 +92,7 @@ def membrane_strains(l, Q, t, e):
         e[s] = e_s
 
 
-@njit(cache=True)
+@kernel
 def strain_energy(e, k_b, b):
     """Strain energy W of one element (the internal part of Eq. 15)."""
     energy = 0.0
@@ -106,7 +106,7 @@ def strain_energy(e, k_b, b):
     return 0.5 * energy
 
 
-@njit(cache=True)
+@kernel
 def local_forces(l, Q, k_b, t, b, e, B, f, g):
     """Local internal force, Eqs. (16), (68): ``f`` (3, 3) on nodes 2..4, ``g`` (4, 2) on dr.
 
@@ -135,7 +135,7 @@ def local_forces(l, Q, k_b, t, b, e, B, f, g):
             g[(i - 3) // 2, (i - 3) % 2] = row
 
 
-@njit(cache=True)
+@kernel
 def rotated_positions(R, y, p, yl, r):
     """Positions (3, 3) and normals (4, 3) in the axes of ``R``."""
     for c in range(3):
@@ -145,7 +145,7 @@ def rotated_positions(R, y, p, yl, r):
             r[i, c] = R[c, 0] * p[i, 0] + R[c, 1] * p[i, 1] + R[c, 2] * p[i, 2]
 
 
-@njit(cache=True)
+@kernel
 def frame_rotation(diagonals, dy):
     """Rotation ``phi = G d(v_13, v_24)`` of the frame (local axes) for changes ``dy`` (3, 3)."""
     a, b, L13, L24 = diagonals
@@ -155,7 +155,7 @@ def frame_rotation(diagonals, dy):
             (a * dy[1, 1] - b * dy[1, 0]) * h1 - (b * d_x + a * d_y) * h2)
 
 
-@njit(cache=True)
+@kernel
 def frame_moment(yl, r, f, g):
     """Moment conjugate to the rotation of the frame, ``m = -sum y x f + r x g`` (local axes)."""
     mx, my, mz = 0.0, 0.0, 0.0
@@ -170,7 +170,7 @@ def frame_moment(yl, r, f, g):
     return mx, my, mz
 
 
-@njit(cache=True)
+@kernel
 def diagonal_forces(diagonals, m):
     """``G^T m``: the moment ``m`` of the frame as forces on v_13 and v_24 (local axes, 6)."""
     a, b, L13, L24 = diagonals
@@ -179,7 +179,7 @@ def diagonal_forces(diagonals, m):
             -b * m[2] * h2, -a * m[2] * h2, (m[0] / b + m[1] / a) * h2)
 
 
-@njit(cache=True)
+@kernel
 def global_forces(R, diagonals, yl, r, f, g, f_x, f_p):
     """``T^T f_int`` (Eq. 45b) in director coordinates: ``f_x`` (4, 3), ``f_p`` (4, 3).
 

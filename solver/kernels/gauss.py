@@ -5,15 +5,15 @@ Tables 2, 4, 6, 8).  It exploits neither symmetry nor sparsity, on purpose.
 """
 
 import numpy as np
-from numba import njit
 
 from .arguments import DONE
+from .jit import kernel
 
 SQUARE = 32
 """Rows of the squares in which a matrix is mirrored."""
 
 
-@njit(cache=True)
+@kernel
 def factor(a, rows):
     """Overwrite ``a`` (n, n) with its LU factors; ``rows`` (n,) records the row exchanges.
 
@@ -42,7 +42,7 @@ def factor(a, rows):
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def mirror(a):
     """Copy the lower triangle of ``a`` (n, n) to the upper one, square by square for the cache."""
     n = a.shape[0]
@@ -54,7 +54,7 @@ def mirror(a):
                     a[j, i] = a[i, j]
 
 
-@njit(cache=True)
+@kernel
 def solve(a, rows, x):
     """Overwrite ``x`` with the solution; ``a``, ``rows`` from ``factor``."""
     n = a.shape[0]

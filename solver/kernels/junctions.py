@@ -9,13 +9,13 @@ spin w has the rate ``w x p``.
 import math
 
 import numpy as np
-from numba import njit
 
 from .charts import CHART_LIMIT, EARLIEST, SWITCH_RATIO, choose_triad, empty
+from .jit import kernel
 from .vectors import cross, dot
 
 
-@njit(cache=True)
+@kernel
 def nodal_frame(n, m, k, triad, e):
     """Nodal frame of a junction, rows e_x, e_y, e_z of ``e``; False where it leaves the chart.
 
@@ -36,7 +36,7 @@ def nodal_frame(n, m, k, triad, e):
     return True
 
 
-@njit(cache=True)
+@kernel
 def spins(e, triad, G, omega):
     """Spins ``omega[:, i]`` of a nodal frame for unit rates of its variables, ``G omega = 1``.
 
@@ -57,7 +57,7 @@ def spins(e, triad, G, omega):
             omega[c, i] /= determinant
 
 
-@njit(cache=True)
+@kernel
 def spin_derivative(e, triad, omega, a, b, result):
     """Rate of the spin ``a`` while the frame turns with the spin ``b``, both (3,).
 
@@ -72,14 +72,14 @@ def spin_derivative(e, triad, omega, a, b, result):
         result[c] = omega[c, 0] * right[0] + omega[c, 1] * right[1] + omega[c, 2] * right[2]
 
 
-@njit(cache=True)
+@kernel
 def carry(e, body, p):
     """Director of a junction from the nodal frame, Eq. (11)."""
     for c in range(3):
         p[c] = e[0, c] * body[0] + e[1, c] * body[1] + e[2, c] * body[2]
 
 
-@njit(cache=True)
+@kernel
 def swing(omega, p, A1):
     """Derivatives of a director that turns with the spins: columns ``w_k x p``."""
     for k in range(3):
@@ -88,7 +88,7 @@ def swing(omega, p, A1):
         A1[2, k] = omega[0, k] * p[1] - omega[1, k] * p[0]
 
 
-@njit(cache=True)
+@kernel
 def frame_of(body, d, p, e):
     """Nodal frame of a junction from its first two directors ``p[d], p[d + 1]``."""
     a, b = np.empty((3, 3)), np.empty((3, 3))
@@ -104,7 +104,7 @@ def frame_of(body, d, p, e):
             e[row, c] = b[0, c] * a[0, row] + b[1, c] * a[1, row] + b[2, c] * a[2, row]
 
 
-@njit(cache=True)
+@kernel
 def spin_of(a, b, a_dot, b_dot, omega):
     """Spin of a rigid pair of unit vectors: ``omega = a x a_dot + c a``, c from ``omega x b``."""
     side, rest = np.empty(3), np.empty(3)
@@ -118,7 +118,7 @@ def spin_of(a, b, a_dot, b_dot, omega):
         omega[c] += share * a[c]
 
 
-@njit(cache=True)
+@kernel
 def set_junction(e, omega, triad, x, rates):
     """Variables of a nodal frame in a triad, and their rates for the spin ``omega``."""
     turn_y, turn_z = np.empty(3), np.empty(3)
@@ -129,9 +129,10 @@ def set_junction(e, omega, triad, x, rates):
     rates[2] = dot(turn_z, triad[0])
 
 
-@njit(cache=True)
+@kernel
 def choose_junction_triad(e, ahead, old, follow, triad):
-    """The same for a junction with nodal frame ``e`` that moves to ``ahead`` (rows e_x, e_y, e_z).
+    """As ``charts.choose_triad``, for a junction with nodal frame ``e`` that moves to
+    ``ahead`` (rows e_x, e_y, e_z).
 
     Following axes are (e_x, e_z, e_y) ahead.  Global axes: t_3 by e_y as above, and t_1 of the two
     others the one with the smaller component of e_z (ahead, with hysteresis); t_2 is signed so that

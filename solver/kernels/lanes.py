@@ -14,7 +14,6 @@ import operator
 
 import numpy as np
 from llvmlite import ir
-from numba import njit
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.core.types import Array, Float, Type, void
@@ -27,6 +26,8 @@ from numba.extending import (
     type_callable,
 )
 from numba.np.arrayobj import make_array, populate_array
+
+from .jit import internal, kernel
 
 WIDTH = 8
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
@@ -152,7 +153,7 @@ def _place(context, builder, signature, args):
     return builder.bitcast(builder.gep(data, [args[1]]), VECTOR.as_pointer())
 
 
-@njit(cache=True)
+@kernel
 def zeros(shape):
     """Float64 array ``shape + (WIDTH,)`` that begins on a multiple of the lanes' size."""
     size = WIDTH
@@ -163,13 +164,13 @@ def zeros(shape):
     return room[skipped:skipped + size].reshape(shape + (WIDTH,))
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@internal
 def new(shape):
     """Lanes, zeros; only for kernels, as Python does not know their type."""
     return lanes(zeros(shape))
 
 
-@njit(cache=True, no_cpython_wrapper=True)
+@internal
 def pair(shape):
     """Zeros to be read or written lane by lane, and the same memory as lanes."""
     numbers = zeros(shape)

@@ -9,7 +9,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from .arguments import DONE
 from .charts import (
@@ -19,6 +18,7 @@ from .charts import (
     normal,
     second_derivatives,
 )
+from .jit import inlined, kernel
 from .junctions import (
     carry,
     choose_junction_triad,
@@ -47,12 +47,12 @@ class Frame(NamedTuple):
     omega: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def _frame():
     return Frame(np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)))
 
 
-@njit(cache=True)
+@kernel
 def _place_junction(nodes, i, x, triad, frame, p, A1):
     """Directors of the junction ``i`` and their derivatives ``omega_k x p``; False if off."""
     if not nodal_frame(x[0], x[1], x[2], triad, frame.e):
@@ -64,9 +64,10 @@ def _place_junction(nodes, i, x, triad, frame, p, A1):
     return True
 
 
-@njit(cache=True)
+@kernel
 def place_directors(nodes, variables, chart, p, A1):
-    """All directors and their derivatives, Eqs. (11), (24), (27), (33); first node off."""
+    """All directors and their derivatives, Eqs. (5), (11), (27), (33); first node off its
+    chart."""
     frame = _frame()
     for i in range(variables.shape[0]):
         if nodes.n_rot[i] == 2:
@@ -79,7 +80,7 @@ def place_directors(nodes, variables, chart, p, A1):
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def derivatives(nodes, chart, p, A1):
     """``A1`` of all directors, from the directors themselves."""
     frame = _frame()
@@ -94,9 +95,9 @@ def derivatives(nodes, chart, p, A1):
             swing(frame.omega, p[d], A1[d])
 
 
-@njit(cache=True)
+@kernel
 def director_rates(nodes, velocity, A1, p_dot):
-    """``p_dot = A1 n_dot``, Eqs. (30a), (31), of all directors from the dof velocities."""
+    """``p_dot = A1 n_dot``, Eqs. (24), (30a), (31), of all directors from the dof velocities."""
     for i in range(nodes.start.shape[0]):
         rates = nodes.start[i] + 3
         for d in range(nodes.first[i], nodes.first[i + 1]):
@@ -107,7 +108,7 @@ def director_rates(nodes, velocity, A1, p_dot):
                 p_dot[d, c] = rate
 
 
-@njit(cache=True)
+@kernel
 def start_charts(nodes, fixed_component, p, p_dot, variables, chart, velocity):
     """Charts (global axes), variables and their rates from normals and normal velocities at t = 0.
 
@@ -134,8 +135,8 @@ class Middle(NamedTuple):
     Attributes:
         x_end: at the end of the step.
         x_mid: at the generalized midpoint.
-        x_dot: rates there, Eq. (57b).
-        x_ddot: second rates there, Eq. (57a).
+        x_dot: rates there, Eq. (57a).
+        x_ddot: second rates there, Eq. (57b).
     """
 
     x_end: np.ndarray
@@ -144,29 +145,30 @@ class Middle(NamedTuple):
     x_ddot: np.ndarray
 
 
-@njit(cache=True, inline="always")
-def _second_rate(step, delta, velocity, acceleration, k):
-    """Eq. (57a): U_ddot at the generalized midpoint, of dof k."""
+@inlined
+def second_rate(step, delta, velocity, acceleration, k):
+    """Eq. (57b): U_ddot at the generalized midpoint, of dof k."""
     return (step.delta * delta[k] - step.velocity * velocity[k]
             - step.acceleration * acceleration[k])
 
 
-@njit(cache=True, inline="always")
-def _rate(step, delta, velocity, acceleration, k):
-    """Eq. (57b): U_dot at the generalized midpoint, of dof k."""
+@inlined
+def rate_at_midpoint(step, delta, velocity, acceleration, k):
+    """Eq. (57a): U_dot at the generalized midpoint, of dof k."""
     return (step.rate_delta * delta[k] - step.rate_velocity * velocity[k]
             - step.rate_acceleration * acceleration[k])
 
 
-@njit(cache=True)
-def _advance_junction(nodes, i, triad, middle, work, frame):
-    """Directors of a junction at the end and the midpoint, ``p_ddot = w_dot x p + w x (w x p)``."""
+@kernel
+def advance_junction(nodes, i, triad, middle, work, frame):
+    """Directors of a junction at the end and the midpoint, ``p_ddot = w_dot x p + w x (w x p)``:
+    A1 n_ddot + A2, Eqs. (32), (34)."""
     if not _place_junction(nodes, i, middle.x_end, triad, frame, work.p_end, work.A1):
         return False
     if not _place_junction(nodes, i, middle.x_mid, triad, frame, work.p_mid, work.A1):
         return False
     spin, rate, turned, twice = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    _spin_and_rate(frame, triad, middle.x_dot, middle.x_ddot, spin, rate)
+    spin_and_rate(frame, triad, middle.x_dot, middle.x_ddot, spin, rate)
     for d in range(nodes.first[i], nodes.first[i + 1]):
         cross(spin, work.p_mid[d], turned)
         cross(spin, turned, twice)
@@ -176,8 +178,8 @@ def _advance_junction(nodes, i, triad, middle, work, frame):
     return True
 
 
-@njit(cache=True)
-def _spin_and_rate(frame, triad, x_dot, x_ddot, spin, rate):
+@kernel
+def spin_and_rate(frame, triad, x_dot, x_ddot, spin, rate):
     """``w = omega x_dot`` and ``w_dot = omega x_ddot + dw/dx x_dot`` of a nodal frame."""
     for c in range(3):
         spin[c] = dot(frame.omega[c], x_dot)
@@ -186,7 +188,7 @@ def _spin_and_rate(frame, triad, x_dot, x_ddot, spin, rate):
         rate[c] += dot(frame.omega[c], x_ddot)
 
 
-@njit(cache=True)
+@kernel
 def advance_nodes(nodes, motion, step, delta, work):
     """Nodal quantities of an iterate: increments, directors at its end and at the midpoint, A1, and
     the accelerations ``(d2x, A1 n_ddot + A2)`` that enter M U_ddot + F_m (Eqs. 37, 40, 58).
@@ -203,13 +205,13 @@ def advance_nodes(nodes, motion, step, delta, work):
         for c in range(3):
             k = start[i] + c
             dx[i, c] = delta[k]
-            inertial_x[i, c] = _second_rate(step, delta, velocity, acceleration, k)
+            inertial_x[i, c] = second_rate(step, delta, velocity, acceleration, k)
         for c in range(n_rot[i]):
             k = start[i] + 3 + c
             x_end[c] = variables[i, c] + delta[k]
             x_mid[c] = variables[i, c] + weight * delta[k]
-            x_dot[c] = _rate(step, delta, velocity, acceleration, k)
-            x_ddot[c] = _second_rate(step, delta, velocity, acceleration, k)
+            x_dot[c] = rate_at_midpoint(step, delta, velocity, acceleration, k)
+            x_ddot[c] = second_rate(step, delta, velocity, acceleration, k)
         if n_rot[i] == 2:
             d = first[i]
             inside = (normal(x_end[0], x_end[1], chart[i], p_end[d])
@@ -221,14 +223,14 @@ def advance_nodes(nodes, motion, step, delta, work):
                     inertial_p[d, c] = (A1[d, c, 0] * x_ddot[0] + A1[d, c, 1] * x_ddot[1]
                                         + bent * chart[i, 2, c])
         else:
-            inside = _advance_junction(nodes, i, chart[i], Middle(x_end, x_mid, x_dot, x_ddot),
-                                       work, frame)
+            inside = advance_junction(nodes, i, chart[i], Middle(x_end, x_mid, x_dot, x_ddot),
+                                      work, frame)
         if not inside:
             return i
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def _couple(moments, i, p, d):
     """Couple ``M_i x p_d`` as three numbers."""
     return (moments[i, 1] * p[d, 2] - moments[i, 2] * p[d, 1],
@@ -236,7 +238,7 @@ def _couple(moments, i, p, d):
             moments[i, 0] * p[d, 1] - moments[i, 1] * p[d, 0])
 
 
-@njit(cache=True)
+@kernel
 def moment_forces(nodes, i, chart, p, A1, moments, f):
     """Generalized forces of a moment M about fixed axes at node i: ``f_n = A1^T (M x p)`` on a
     smooth node, ``f_k = w_k . M`` with the spins w_k on a junction."""
@@ -254,7 +256,7 @@ def moment_forces(nodes, i, chart, p, A1, moments, f):
                 + omega[2, k] * moments[i, 2])
 
 
-@njit(cache=True)
+@kernel
 def moment_skew(nodes, i, chart, p, A1, moments, H):
     """Skew part of the load stiffness of a moment M: half of ``-df_k/dn_l + df_l/dn_k``.
 
@@ -281,7 +283,7 @@ def moment_skew(nodes, i, chart, p, A1, moments, H):
             H[l, k] += part
 
 
-@njit(cache=True)
+@kernel
 def curvature(nodes, i, p, A1, chart, forces, moments, H):
     """``H = sum f_p . d2p/dn2`` over the directors of node i (n_rot x n_rot), the last term of the
     tangent by the chain rule, less that of a moment M about fixed axes."""
@@ -291,7 +293,7 @@ def curvature(nodes, i, p, A1, chart, forces, moments, H):
         _curvature_junction(nodes, i, p, A1, chart[i], forces, moments, H)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _curvature_smooth(nodes, i, p, triad, forces, moments, H):
     """``(f_p - M x p) . d2p/dn2``: only the component along t_3 is curved, Eq. (29)."""
     d = nodes.first[i]
@@ -302,7 +304,7 @@ def _curvature_smooth(nodes, i, p, triad, forces, moments, H):
     H[0, 0], H[0, 1], H[1, 0], H[1, 1] = along_3 * nn, along_3 * nm, along_3 * nm, along_3 * mm
 
 
-@njit(cache=True)
+@kernel
 def _curvature_junction(nodes, i, p, A1, triad, forces, moments, H):
     """With the spins w_k, ``f . p,kl = w_k,l . (p x f - M) + f . (w_k x (w_l x p))``, symmetric
     part of the M term."""
@@ -332,7 +334,7 @@ def _curvature_junction(nodes, i, p, A1, triad, forces, moments, H):
             H[k, l] = H[l, k] = value
 
 
-@njit(cache=True)
+@kernel
 def switch_charts(nodes, fixed_component, follow, dt, motion):
     """Renew the charts of all nodes, for their directors half a step ``dt`` ahead.
 
@@ -378,7 +380,7 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
     return switched
 
 
-@njit(cache=True)
+@kernel
 def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, spin, rate, change):
     """Variables of a junction in new axes, its spin and the rate of that kept."""
     nodal_frame(x[0], x[1], x[2], triad, frame.e)
@@ -392,7 +394,7 @@ def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, s
     orthonormal(e_ahead)
     if not choose_junction_triad(frame.e, e_ahead, triad, follow, new):
         return False
-    _spin_and_rate(frame, triad, x_dot, x_ddot, spin, change)
+    spin_and_rate(frame, triad, x_dot, x_ddot, spin, change)
     set_junction(frame.e, spin, new, x, x_dot)
     spins(frame.e, new, frame.G, frame.omega)
     spin_derivative(frame.e, new, frame.omega, spin, spin, rate)
@@ -403,7 +405,7 @@ def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, s
     return True
 
 
-@njit(cache=True)
+@kernel
 def turn_normals(nodes, fixed_component, correction, variables, chart, p, A1):
     """Turn every director as the correction of the variables says, along a great circle.
 
@@ -420,7 +422,7 @@ def turn_normals(nodes, fixed_component, correction, variables, chart, p, A1):
                          A1[d])
 
 
-@njit(cache=True)
+@kernel
 def _turn_junction(nodes, i, correction, x, triad, p):
     """The nodal frame by the rotation vector ``omega dn``, its directors with it."""
     frame = _frame()
@@ -443,7 +445,7 @@ def _turn_junction(nodes, i, correction, x, triad, p):
         carry(frame.e, nodes.body[d], p[d])
 
 
-@njit(cache=True)
+@kernel
 def _turn_smooth(kept, correction, x, triad, p, A1):
     """``p <- cos(a) p + sin(a)/a A1 dn`` with a = |A1 dn|; a component ``kept`` by a support stays,
     the others are scaled to a unit vector."""
@@ -468,7 +470,7 @@ def _turn_smooth(kept, correction, x, triad, p, A1):
     x[0], x[1] = dot(p, new[0]), dot(p, new[1])
 
 
-@njit(cache=True)
+@kernel
 def largest_turn(nodes, correction, A1):
     """Largest angle [rad] by which a correction turns a director."""
     largest = 0.0

@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .jit import kernel
 from .storage import add_cell
 
 GAUSS = 1.0 / math.sqrt(3.0)
@@ -34,12 +34,12 @@ class Point(NamedTuple):
     t_2: np.ndarray
 
 
-@njit(cache=True)
+@kernel
 def _point():
     return Point(np.empty(4), np.empty(4), np.empty(4), np.empty(3), np.empty(3))
 
 
-@njit(cache=True)
+@kernel
 def _evaluate(y, xi, eta, point):
     """``N_i = (1 + xi_i xi)(1 + eta_i eta)/4`` and tangents; y (3, 3) relative to node 1."""
     signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
@@ -56,7 +56,7 @@ def _evaluate(y, xi, eta, point):
                 point.t_2[c] += point.d_eta[i] * y[i - 1, c]
 
 
-@njit(cache=True)
+@kernel
 def pressure_forces(y, pressure, f):
     """``f_i = p int N_i (x,xi x x,eta) dxi deta`` (4, 3)."""
     point = _point()
@@ -71,7 +71,7 @@ def pressure_forces(y, pressure, f):
                     f[i, c] += pressure * point.N[i] * normal
 
 
-@njit(cache=True)
+@kernel
 def pressure_stiffness(y, pressure, k):
     """``k_ij = -df_i/dx_j = -p int N_i [a_j]x``, a_j = N_j,eta t_1 - N_j,xi t_2; k (4, 3, 4, 3)."""
     point = _point()
@@ -89,7 +89,7 @@ def pressure_stiffness(y, pressure, k):
                         k[i, e, j, d] -= a_c
 
 
-@njit(cache=True)
+@kernel
 def _positions(quad, nodes, motion, delta, weight, y):
     """Nodes 2..4 relative to node 1 of an element, ``weight`` of the increment on."""
     first = quad[0]
@@ -101,7 +101,7 @@ def _positions(quad, nodes, motion, delta, weight, y):
                        + weight * (delta[nodes.start[node] + c] - delta[nodes.start[first] + c]))
 
 
-@njit(cache=True)
+@kernel
 def add_pressure_forces(nodes, quads, pressures, motion, delta, weight, forces):
     """Add the forces of pressures (n,) [Pa] on quads (n, 4) to ``forces`` (n_dof,)."""
     y, f = np.empty((3, 3)), np.empty((4, 3))
@@ -113,7 +113,7 @@ def add_pressure_forces(nodes, quads, pressures, motion, delta, weight, forces):
                 forces[nodes.start[quads[k, i]] + c] += f[i, c]
 
 
-@njit(cache=True)
+@kernel
 def add_pressure_stiffness(dofs, storage, quads, pressures, motion, delta, step, values, skew):
     """Add their stiffness to the symmetric part of a matrix, and to the skew part if it has one
     (``skew`` is not empty)."""

@@ -4,10 +4,11 @@ A matrix is a symmetric part and, where it needs one, a skew part; of either the
 stored, at the same places (see ``arguments.Storage``).
 """
 
-from numba import njit
+
+from .jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def add_cell(dofs, storage, nodes, cell, k, values, skew):
     """Add the matrix ``k`` (n, 3, n, 3) between the translations of n nodes; ``cell`` is their row
     in the offsets.  Held dofs are skipped; an empty ``skew`` takes no part."""

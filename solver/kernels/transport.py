@@ -8,13 +8,13 @@ of the normal (or to the spin of a junction) and P maps turned ones to the prese
 """
 
 import numpy as np
-from numba import njit
 
 from . import element
+from .jit import inlined, kernel
 from .junctions import frame_of, spins
 
 
-@njit(cache=True)
+@kernel
 def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, variables):
     """Axes of an element beside node i (rows), and the maps from rates of its variables to those
     of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""
@@ -36,7 +36,7 @@ def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, var
         spins(y, chart[i], variables, rates)
 
 
-@njit(cache=True)
+@kernel
 def keep(nodes, quads, motion, start, turning):
     """Element axes and rates A_0 of a factorization, into ``turning``."""
     x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
@@ -46,7 +46,7 @@ def keep(nodes, quads, motion, start, turning):
         _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frames[i], rates[i], variables)
 
 
-@njit(cache=True)
+@kernel
 def carry(nodes, quads, motion, start, turning):
     """Blocks Q and J of T since ``keep``; 1 at nodes that are held."""
     x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
@@ -63,7 +63,7 @@ def carry(nodes, quads, motion, start, turning):
         _turn(frame, frames[i], rates[i], variables, n_rot[i], Q[i], J[i])
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _turn(frame, frame_0, A_0, P, n_rot, Q, J):
     """``Q = R^T R_0``, ``J = P Q A_0``"""
     for r in range(3):
@@ -79,7 +79,7 @@ def _turn(frame, frame_0, A_0, P, n_rot, Q, J):
             J[r, k] = P[r, 0] * x + P[r, 1] * y + P[r, 2] * z
 
 
-@njit(cache=True)
+@kernel
 def turn_back(nodes, turning, forces, turned):
     """``turned = T^T forces``: a residual in the axes of the factorization."""
     start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q, turning.J
@@ -96,7 +96,7 @@ def turn_back(nodes, turning, forces, turned):
             turned[k + c] = value
 
 
-@njit(cache=True)
+@kernel
 def turn_on(nodes, turning, correction):
     """``correction <- T correction``: a solution in the present axes."""
     start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q, turning.J
@@ -116,7 +116,7 @@ def turn_on(nodes, turning, correction):
                 correction[k + r] = J[i, r, 0] * a + J[i, r, 1] * b + J[i, r, 2] * c
 
 
-@njit(cache=True)
+@kernel
 def balance(start, mass, c_delta, residual, correction):
     """Translate ``correction`` as a whole so that its inertia forces equal the residual's sum.
 

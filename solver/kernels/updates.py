@@ -1,13 +1,13 @@
 """Moving a state: the end of a step, and the correction of an equilibrium."""
 
-from numba import njit
 
 from . import element
 from .assembly import gather_positions, gather_strains, gather_vertices, members, put_rows
+from .jit import kernel
 from .lanes import lanes, new, pair
 
 
-@njit(cache=True)
+@kernel
 def move_nodes(start, delta, x, x_low):
     """Add displacements to compensated positions: two-sum, the rounding error kept in x_low."""
     for i in range(start.shape[0]):
@@ -19,7 +19,7 @@ def move_nodes(start, delta, x, x_low):
             x_low[i, c] = (old - (new - part)) + (add - part)
 
 
-@njit(cache=True)
+@kernel
 def accept(nodes, end, delta, motion):
     """Move the state to the end of a converged step: Newmark's update, compensated positions.
 
@@ -38,7 +38,7 @@ def accept(nodes, end, delta, motion):
                                   + end.second_acceleration * a)
 
 
-@njit(cache=True)
+@kernel
 def predict_strains(elements, nodes, motion, start, correction, predicted):
     """Strain measures after a correction by linear extrapolation, ``e + B T du``, ``b + T du``.
 
@@ -67,7 +67,7 @@ def predict_strains(elements, nodes, motion, start, correction, predicted):
         put_rows(e_, first, count, predicted.e)
 
 
-@njit(cache=True)
+@kernel
 def _gather_correction(nodes, A1, quads, directors, correction, dy_, dp_):
     """Changes of the relative positions and, ``A1 dn``, of the normals of a group."""
     start, n_rot = nodes.start, nodes.n_rot
@@ -84,7 +84,7 @@ def _gather_correction(nodes, A1, quads, directors, correction, dy_, dp_):
                     dp_[i, c, v] += A1[directors[v, i], c, k] * correction[rates + k]
 
 
-@njit(cache=True)
+@kernel
 def _change_variables(R, yl, r, diagonals, d, dp, dt, b):
     """``T du``, Eq. (45): ``dt = R dy + yl x phi``, and the same for the normals; added to b."""
     dy = dt
@@ -106,7 +106,7 @@ def _change_variables(R, yl, r, diagonals, d, dp, dt, b):
                          + (r[i, 2] * phi[0] - r[i, 0] * phi[2]))
 
 
-@njit(cache=True)
+@kernel
 def _change_measures(l, Q, t, dt, e):
     """``e_s += B_s dt``, Eq. (16)"""
     for s in range(e.shape[0]):

@@ -2,16 +2,16 @@
 
 import math
 
-from numba import njit
+from .jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def dot(a, b):
     """a . b"""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@kernel
 def cross(a, b, c):
     """c = a x b"""
     c[0] = a[1] * b[2] - a[2] * b[1]
@@ -19,13 +19,13 @@ def cross(a, b, c):
     c[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@kernel
 def along(p, triad, k):
     """p . t_k; a slice ``triad[k]`` would be counted as a reference, which takes longer."""
     return p[0] * triad[k, 0] + p[1] * triad[k, 1] + p[2] * triad[k, 2]
 
 
-@njit(cache=True)
+@kernel
 def rotate(angle, axis, v):
     """Rotate ``v`` by ``angle`` about the unit vector ``axis`` (Rodrigues)."""
     side_x = axis[1] * v[2] - axis[2] * v[1]
@@ -37,7 +37,7 @@ def rotate(angle, axis, v):
     v[2] = cosine * v[2] + sine * side_z + (1.0 - cosine) * share * axis[2]
 
 
-@njit(cache=True)
+@kernel
 def orthonormal(e):
     """Make rows e_y, e_z of a frame orthonormal again and complete it."""
     size = math.sqrt(dot(e[1], e[1]))

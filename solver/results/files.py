@@ -25,7 +25,8 @@ def writable_path(path, overwrite=False):
     """
     path, exists = regular_file(path)
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists: overwrite replaces it (and resume continues a run)")
+        raise ResultFileError(f"{path} exists; overwrite (--overwrite on the command line) "
+                              "replaces it")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path

@@ -10,7 +10,8 @@ twice the size, which takes the place of the old one once it is complete.
 Dynamics and statics differ in the fields of a history row and of a frame, which the first row and
 frame define.  Layout (SI units; row 0 of every history is the start):
 
-- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY`` of ``simulation`` and of ``statics``;
+- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY`` of ``dynamics.result`` and of
+  ``statics.result``;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
   ``displacement``, (n_frames * n_elem,) of element values, frame after frame;
 - ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step

@@ -8,11 +8,9 @@ from ..errors import InputError, StepError
 from ..model.loads import CONSTANT
 from ..model.model import Model
 from ..results.files import output_path
-from ..system.failure import NotConverged
+from ..system.failure import NotConverged, told
 from .path import Path
-from .settings import StaticSettings
-
-DEFAULT = StaticSettings()
+from .settings import DEFAULT
 
 ROOM = 100
 """Steps that a file has room for at first."""
@@ -77,7 +75,8 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
             continue
         length *= min(2.0, np.sqrt(wanted / used))
         factor = reached
-        path.append(factor, used, 1, length, shown=len(path.rows))
+        with told():
+            path.append(factor, used, 1, length, shown=len(path.rows))
     return path.result(0)
 
 

@@ -9,12 +9,11 @@ rotational variables may be switched after every iteration.
 import numpy as np
 
 from ..checks import instance
-from ..errors import InputError
 from ..kernels import updates
 from ..kernels.arguments import STATIC
 from ..model.loads import CONSTANT
 from ..model.model import Model
-from ..system.failure import NotConverged, SingularMatrix
+from ..system.failure import NotConverged
 from ..system.loads import at_factor
 from ..system.system import System
 from .held import check_held
@@ -31,6 +30,7 @@ class Equilibrium:
     """A state that is moved from equilibrium to equilibrium.
 
     Attributes:
+        settings: ``StaticSettings``.
         system: ``System``, with the full tangent of loads that follow the shell.
         state: ``State``.
         place: ``Place`` of the last iterate.
@@ -107,7 +107,7 @@ class Equilibrium:
         """Generalized forces (n_dof,) of the loads of factor 1 in the present state."""
         system = self.system
         if system.all_dead:
-            return system.take_loads(at_factor(1.0)).forces
+            return system.loads(1.0).dead.forces
         self.assemble(1.0, tangent=False)
         return system.residual.applied.copy()
 
@@ -116,17 +116,23 @@ class Equilibrium:
         return abs(float(self.system.residual.balance @ correction))
 
     def converged(self, k, first):
-        """Whether the k-th correction is the last, with the work of the largest one before."""
+        """Whether the k-th correction is the last, compared with the work ``first``."""
         return k > 1 and self.works[-1] <= max(self.settings.tolerance * first,
                                                self.system.roundoff_work(0.0))
 
-    def solve_increment(self, pushed, factor):
+    def solve_increment(self, pushed, factor, stiffness_at=None):
         """First correction of a step with prescribed displacements: the free dofs follow linearly.
 
         The forces of the push are taken from a small one.
 
+        Args:
+            pushed: (n_dof,) prescribed displacements.
+            factor: of the loads.
+            stiffness_at: factor of the loads in the matrix, to which those that follow add; left
+                out, the same.
+
         Raises:
-            InputError: the shell is a mechanism.
+            SingularMatrix: the shell is a mechanism, or at a limit point.
         """
         system = self.system
         self.assemble(factor)
@@ -135,12 +141,11 @@ class Equilibrium:
             fraction = PUSH * system.model.size / np.abs(pushed).max()
             forces = system.residual.unmasked.copy()
             system.assemble(self.state, self.place, STATIC, fraction * pushed,
-                            system.take_loads(at_factor(factor)), tangent=False)
+                            system.loads_by(at_factor(factor)), tangent=False)
             residual += self.free(system.residual.unmasked - forces) / fraction
-        try:
-            self._factorize()
-        except SingularMatrix as error:
-            raise InputError(f"the shell is a mechanism: {error}") from None
+        if stiffness_at is not None:
+            self.assemble(stiffness_at)
+        self._factorize()
         return system.solver.solve(residual) + pushed
 
     def assemble(self, factor, mixed=False, tangent=True):
@@ -151,7 +156,7 @@ class Equilibrium:
             predicted.e[:] = 0.0
         self.system.observe(self.state, self.place)
         self.system.assemble(self.state, self.place, STATIC, self._zero,
-                             self.system.take_loads(at_factor(factor)), tangent=tangent,
+                             self.system.loads_by(at_factor(factor)), tangent=tangent,
                              predicted=predicted)
 
     def correction(self, factor, mixed):
@@ -172,7 +177,7 @@ class Equilibrium:
         system.coordinates.correct(self.state, start, correction)
 
     def _factorize(self):
-        self.pivots.append(self.system.solver.factor())
+        self.pivots.append(self.system.factorize())
 
 
 def _prescribed(model, numbering):

@@ -8,11 +8,9 @@ from threadpoolctl import threadpool_limits
 from ..checks import floats
 from ..errors import InputError, StepError
 from ..results.files import output_path
-from ..system.failure import NotConverged
+from ..system.failure import NotConverged, told
 from .path import Path
-from .settings import StaticSettings
-
-DEFAULT = StaticSettings()
+from .settings import DEFAULT
 
 SLACK = 1.001
 """A step that ends this near to the next factor, in its own lengths, goes there at once."""
@@ -38,9 +36,10 @@ def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None
         ``StaticResult``, a row for each factor.
 
     Raises:
-        InputError: factors do not ascend, or a mechanism is left free.
+        InputError: factors do not ascend, or a rigid motion is left free.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
-        StepError: no convergence even with the smallest step; at a limit point use arc length.
+        StepError: no convergence even with the smallest step: a mechanism, or a limit point,
+            where arc length goes on.
     """
     factors = floats("load factors", factors, (None,)) if np.size(factors) else np.zeros(0)
     if not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
@@ -50,7 +49,8 @@ def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None
     path.begin(factors[0], output, overwrite, resume, len(factors), method="load control",
                factors=_listed(factors))
     for target in factors[len(path.rows) - 1:]:
-        _reach(path, float(target), settings)
+        with told():
+            _reach(path, float(target), settings)
         if progress is not None:
             progress(target, factors[-1])
     return path.result(1)

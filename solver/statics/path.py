@@ -3,8 +3,9 @@
 import time
 
 from ..runtime.provenance import describe
+from ..system.linear import NOT_TOLD
 from .equilibrium import Equilibrium
-from .result import NOT_TOLD, Rows, StaticResult
+from .result import Rows, StaticResult
 
 
 class Path:

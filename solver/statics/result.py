@@ -49,10 +49,6 @@ class StaticResult:
     seconds: float
 
 
-NOT_TOLD = -1
-"""Number of indefinite matrices where the solver does not tell."""
-
-
 class Rows:
     """Rows of the path of ``state``, each with a frame; the first is at zero load."""
 

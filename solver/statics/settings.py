@@ -18,9 +18,11 @@ class StaticSettings:
     """
 
     solver: str = setting("The linear solver; skyline takes indefinite matrices beyond limit "
-                          "points as they are.", "skyline", choices=SOLVERS)
-    tolerance: float = setting("Largest work of a correction relative to that of the first one of "
-                               "its step; the work is quadratic, so 1e-16 stands for corrections "
+                          "points as they are.  Loads that follow the shell (pressure, moments) "
+                          "have an unsymmetric tangent and always take an unsymmetric LU.",
+                          "skyline", choices=SOLVERS)
+    tolerance: float = setting("Largest work of a correction relative to the largest of its step; "
+                               "the work is quadratic, so 1e-16 stands for corrections "
                                "1e-8 times the first.", 1e-16)
     max_iterations: int = setting("Iterations after which a step is divided.", 16)
     fast_iterations: int = setting("A step converged within so many lets the next one grow by "
@@ -36,3 +38,6 @@ class StaticSettings:
         count("fast_iterations", self.fast_iterations)
         if self.max_iterations < 2:
             raise InputError(f"max_iterations must be at least 2, is {self.max_iterations}")
+
+
+DEFAULT = StaticSettings()

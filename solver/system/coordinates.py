@@ -30,12 +30,11 @@ class Charts:
 
     def __init__(self, model, numbering, follow=True):
         self._follow = follow
-        self._n_dof = numbering.n_dof
         # the nodal frame of a junction starts along the global axes, Eq. (12)
         self.nodes = Nodes(numbering.start, numbering.n_rot, model.directors.first,
                            model.normals.copy())
         self.fixed_component, self.fixed = _supports(model, numbering)
-        self._translations = numbering.start[:, None] + np.arange(3)
+        self._translations, self._numbering = numbering.translations, numbering
         self._place, self._rates = Call(nodes.place_directors), Call(nodes.director_rates)
         self._advance, self._accept = Call(nodes.advance_nodes), Call(updates.accept)
         self._switch = Call(nodes.switch_charts)
@@ -46,15 +45,15 @@ class Charts:
         Raises:
             InputError: a supported component has an initial velocity.
         """
-        state = blank_state(model.nodes, self._n_dof)
+        state = blank_state(model.nodes, self._numbering.n_dof)
         state.velocity[self._translations] = model.velocity
         nodes.start_charts(self.nodes, self.fixed_component, model.normals, model.normal_velocity,
                            state.variables, state.chart, state.velocity)
         moving = self.fixed & (state.velocity != 0.0)
         if np.any(moving):
-            node = np.searchsorted(np.sort(self.nodes.start), np.argmax(moving), side="right") - 1
-            raise InputError(f"node {np.argsort(self.nodes.start)[node]}: initial velocity of a "
-                             "supported component must be zero")
+            node = self._numbering.node_of_dof[np.argmax(moving)]
+            raise InputError(f"node {node}: initial velocity of a supported component must be "
+                             "zero")
         return state
 
     def place(self, state, start):
@@ -70,6 +69,7 @@ class Charts:
 
     def inside(self, state, step, delta, work):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
+        delta = np.ascontiguousarray(delta, dtype=float)
         return self._advance(self.nodes, state.motion, step, delta, work) == DONE
 
     def velocity(self, state):
@@ -78,7 +78,7 @@ class Charts:
 
     def accept(self, state, end, delta):
         """Move ``state`` by the increment of a converged step."""
-        self._accept(self.nodes, end, delta, state.motion)
+        self._accept(self.nodes, end, np.ascontiguousarray(delta, dtype=float), state.motion)
 
     def renew(self, state, dt):
         """Renew the axes for the next step of length ``dt``; how many global ones switched."""

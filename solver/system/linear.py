@@ -37,6 +37,9 @@ DIRECT_LIMIT = 1e10
 (measured: equal at 21 000 unknowns on a ring, SuperLU ahead by 1.5 at 83 000)."""
 
 
+NOT_TOLD = -1
+"""Number of indefinite matrices where the solver does not tell."""
+
 NO_SKEW = np.zeros(0)
 """The skew part of a matrix that has none."""
 
@@ -168,8 +171,7 @@ class SuperLU:
         return self._matrix
 
     def factor(self):
-        self._factor = _superlu(self.matrix(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
-                                options={"SymmetricMode": True})
+        self._factor = _superlu(self.matrix())
         return _negative_pivots(self._factor)
 
     def solve(self, rhs):
@@ -197,6 +199,7 @@ class UnsymmetricLU:
         return self._matrix
 
     def factor(self):
+        """Factorize the matrix; the number of negative pivots is not told."""
         self._factor = _superlu(self.matrix())
 
     def solve(self, rhs):
@@ -289,9 +292,12 @@ def _block_offsets(cell, lookup):
     return offset
 
 
-def _superlu(matrix, **options):
+def _superlu(matrix):
+    """LU of a matrix with a symmetric pattern, tuned for one (measured: 4 to 15 times as fast as
+    the default; MMD_AT_PLUS_A without the other options is a trap)."""
     try:
-        return splu(matrix, **options)
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01,
+                    options={"SymmetricMode": True})
     except RuntimeError as error:
         raise SingularMatrix(str(error)) from None
 

@@ -8,15 +8,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import pressure
-from ..kernels.arguments import Loads
-from ..model.loads import CONSTANT, NodalMoment, Pressure
+from ..kernels.arguments import Factors, Loads
+from ..model.loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from .state import State
 
 
 class Iterate(NamedTuple):
-    """Where forces are taken: an increment ``delta`` from ``state`` with the factors ``step``."""
+    """Where forces are taken.
 
-    state: object
-    step: object
+    Attributes:
+        state: at the start of the step.
+        step: its coefficients.
+        delta: (n_dof,) increment.
+    """
+
+    state: State
+    step: Factors
     delta: np.ndarray
 
 
@@ -30,7 +37,7 @@ class DeadLoads:
             if isinstance(load, NodalMoment):
                 pattern = self._moments.setdefault(load.history, np.zeros(self._shapes[1]))
                 pattern[load.node] += load.moment
-            elif not isinstance(load, Pressure):
+            elif isinstance(load, NodalLoad):
                 pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
                 first = numbering.start[load.node]
                 pattern[first:first + 3] += load.force
@@ -42,6 +49,7 @@ class DeadLoads:
 
     @property
     def any_moment(self):
+        """Whether there is a moment, whose generalized forces follow the shell."""
         return bool(self._moments)
 
 
@@ -53,43 +61,55 @@ class FollowerPressure:
     """
 
     def __init__(self, model):
-        n_elem = len(model.quads)
         patterns = {}
         for load in model.loads:
             if isinstance(load, Pressure):
                 elements = slice(None) if load.elements is None else list(load.elements)
-                patterns.setdefault(load.history, np.zeros(n_elem))[elements] += load.pressure
-        loaded = np.flatnonzero(np.any([p != 0.0 for p in patterns.values()], axis=0))
+                pattern = patterns.setdefault(load.history, np.zeros(len(model.quads)))
+                pattern[elements] += load.pressure
+        loaded = np.zeros(len(model.quads), dtype=bool)
+        for pattern in patterns.values():
+            loaded |= pattern != 0.0
         self.cells = np.ascontiguousarray(model.quads[loaded])
-        self._patterns = {history: p[loaded] for history, p in patterns.items()}
-        self._pressures = np.zeros(len(loaded))
+        self._patterns = {history: pattern[loaded] for history, pattern in patterns.items()}
 
-    def set(self, value):
-        """Take the pressures with ``value(history)`` for each function of time."""
-        self._pressures = _total(self._patterns, value, len(self.cells))
+    def at(self, value):
+        """Pressures (n,) [Pa] with ``value(history)`` for each function of time."""
+        return _total(self._patterns, value, len(self.cells))
 
-    def add_forces(self, dofs, iterate, forces):
+    def add_forces(self, dofs, iterate, pressures, forces):
         """Add the forces at an iterate to ``forces`` (n_dof,) [N]."""
         pressure.add_pressure_forces(
-            dofs.nodes, self.cells, self._pressures, iterate.state.motion, iterate.delta,
+            dofs.nodes, self.cells, pressures, iterate.state.motion, iterate.delta,
             1.0 - iterate.step.alpha_f, forces)
 
-    def add_matrix(self, dofs, iterate, storage, values, skew):
+    def add_matrix(self, dofs, iterate, pressures, storage, values, skew):
         """Add their stiffness to the symmetric part and, if there is one, to the skew part."""
         pressure.add_pressure_stiffness(
-            dofs, storage, self.cells, self._pressures, iterate.state.motion, iterate.delta,
+            dofs, storage, self.cells, pressures, iterate.state.motion, iterate.delta,
             iterate.step, values, skew)
 
 
+class Applied(NamedTuple):
+    """All loads at one time.
+
+    Attributes:
+        dead: ``arguments.Loads``.
+        items: what each item has at that time.
+    """
+
+    dead: Loads
+    items: tuple
+
+
 def items(model):
-    """Items of the loads of a model; today ``FollowerPressure``, if there is any."""
-    if any(isinstance(load, Pressure) and load.pressure for load in model.loads):
-        return [FollowerPressure(model)]
-    return []
+    """Items of the loads of a model; today ``FollowerPressure``, if any element bears one."""
+    followers = FollowerPressure(model)
+    return [followers] if len(followers.cells) else []
 
 
 def at_time(time):
-    """Value of a function of time, for ``set`` and ``at``."""
+    """Value of a function of time, for ``at``."""
     return lambda history: history(time)
 
 

@@ -26,6 +26,11 @@ class Numbering:
     n_dof: int
 
     @property
+    def translations(self):
+        """(n_nodes, 3) dofs of the displacements of each node."""
+        return self.start[:, None] + np.arange(3)
+
+    @property
     def node_of_dof(self):
         """(n_dof,) node that each dof belongs to."""
         order = np.argsort(self.start)

@@ -1,13 +1,10 @@
 """What a motion consists of at one instant, and what follows from it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..kernels.arguments import Motion, Observation, Start
-
-ARRAYS = Motion._fields
-"""The arrays of a state, in the order in which they are packed."""
 
 
 @dataclass
@@ -15,17 +12,20 @@ class State:
     """Everything that one instant of the motion consists of.
 
     Attributes:
-        motion: ``arguments.Motion``, whose arrays are also attributes of the state.
+        motion: ``arguments.Motion``; its arrays are also attributes of the state, to be changed in
+            place.
         external_work: work of the loads since t = 0 [J].
     """
 
     motion: Motion
     external_work: float = 0.0
 
-    def __getattr__(self, name):
-        if name in ARRAYS:
-            return getattr(self.motion, name)
-        raise AttributeError(name)
+    x = property(lambda self: self.motion.x)
+    x_low = property(lambda self: self.motion.x_low)
+    variables = property(lambda self: self.motion.variables)
+    chart = property(lambda self: self.motion.chart)
+    velocity = property(lambda self: self.motion.velocity)
+    acceleration = property(lambda self: self.motion.acceleration)
 
     def pack(self):
         """All numbers of the state as one float64 vector."""
@@ -50,7 +50,7 @@ class Place:
     """
 
     start: Start
-    observed: Observation = field(default=None)
+    observed: Observation | None = None
 
 
 def blank_state(nodes, n_dof):

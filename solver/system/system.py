@@ -16,7 +16,7 @@ from ..model.mesh import vector_areas
 from .coordinates import Charts
 from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
-from .loads import DeadLoads, Iterate, at_time, items
+from .loads import Applied, DeadLoads, Iterate, at_time, items
 from .numbering import number_dofs
 from .state import blank_place
 
@@ -36,6 +36,9 @@ class System:
         solver: linear solver, see ``system.linear``; its matrix is that of the last iterate.
         residual: ``arguments.Residual`` of the last iterate.
         all_dead: whether all loads are forces of constant direction.
+        translations: (n_nodes, 3) dofs of the displacements.
+        nodal_mass: (n_nodes,) lumped masses [kg].
+        factorizations: how many there have been, by which a kept one is known.
     """
 
     def __init__(self, model, solver="auto", follow=True, full_tangent=False):
@@ -54,7 +57,8 @@ class System:
             self.solver = UnsymmetricLU(self.numbering)
         else:
             self.solver = make_solver(solver, self.numbering)
-        self.translations = self.numbering.start[:, None] + np.arange(3)
+        self.factorizations = 0
+        self.translations = self.numbering.translations
         self.nodal_mass = np.zeros(len(model.nodes))
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
@@ -74,20 +78,30 @@ class System:
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
-            self.solver.factor()
+            self.factorize()
             state.acceleration[:] = self.solver.solve(self.residual.balance)
             state.acceleration[self.dofs.fixed] = 0.0
         return state
 
     def loads(self, time):
-        """Dead ``arguments.Loads`` at a time [s]; items take theirs."""
-        return self.take_loads(at_time(time))
+        """``Applied`` loads at a time [s]."""
+        return self.loads_by(at_time(time))
 
-    def take_loads(self, value):
-        """Dead loads with ``value(history)`` for each function of time; items take theirs."""
-        for item in self._items:
-            item.set(value)
-        return self._dead.at(value)
+    def loads_by(self, value):
+        """``Applied`` loads with ``value(history)`` for each function of time."""
+        return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items))
+
+    def factorize(self):
+        """Factorize the matrix of the last iterate.
+
+        Returns:
+            How many pivots are negative, None if the solver does not tell.
+
+        Raises:
+            SingularMatrix: a pivot is zero or not finite.
+        """
+        self.factorizations += 1
+        return self.solver.factor()
 
     def observe(self, state, place=None):
         """``Place`` of a state: what a step from it starts with, energies and momenta.
@@ -121,7 +135,7 @@ class System:
             place: its ``Place``.
             step: ``arguments.Factors``.
             delta: (n_dof,) increment.
-            loads: of ``loads`` or ``take_loads``.
+            loads: ``Applied``.
             averaged: whether T is the average of both ends.
             tangent: whether the matrix is wanted.
             predicted: ``arguments.Predicted`` strains of a mixed tangent.
@@ -129,19 +143,19 @@ class System:
         Raises:
             NotConverged: a normal leaves the chart of its rotational variables.
         """
-        solver = self.solver
+        solver, dead = self.solver, loads.dead
+        delta = np.ascontiguousarray(delta, dtype=float)
         if self._items:
             iterate = Iterate(state, step, delta)
-            forces = loads.forces.copy()
-            for item in self._items:
-                item.add_forces(self.dofs, iterate, forces)
-            loads = loads._replace(forces=forces)
+            dead = dead._replace(forces=dead.forces.copy())
+            for item, values in zip(self._items, loads.items, strict=True):
+                item.add_forces(self.dofs, iterate, values, dead.forces)
         lost = self._step(
-            self.elements, self.dofs, state.motion, place.start, step, averaged,
-            np.ascontiguousarray(delta), loads, solver.storage, tangent,
-            predicted or self._unpredicted, solver.values, self.residual, self._work)
+            self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
+            solver.storage, tangent, predicted or self._unpredicted, solver.values,
+            self.residual, self._work)
         if lost != DONE:
-            raise NotConverged("a normal left the chart of its rotational variables")
+            raise NotConverged(f"a normal of node {lost} leaves the chart of its variables")
         if tangent and not self.all_dead:
             self._add_followers(Iterate(state, step, delta), loads)
 
@@ -149,11 +163,12 @@ class System:
         """Matrices of the items, and the skew part of moments."""
         solver, step = self.solver, iterate.step
         solver.skew[:] = 0.0
-        for item, storage in zip(self._items, solver.storages[1:], strict=True):
-            item.add_matrix(self.dofs, iterate, storage, solver.values, solver.skew)
+        for item, values, storage in zip(self._items, loads.items, solver.storages[1:],
+                                         strict=True):
+            item.add_matrix(self.dofs, iterate, values, storage, solver.values, solver.skew)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
-                                     loads.moments, self._work, solver.skew)
+                                     loads.dead.moments, self._work, solver.skew)
 
     def inside(self, state, step, delta):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
