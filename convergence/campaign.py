@@ -8,12 +8,16 @@ import os
 import sys
 import tempfile
 import warnings
+from collections.abc import Mapping
 from concurrent.futures import wait
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from corovec import InputError, ResultFileError, read, simulate, warm_up
+from corovec.solver.checks import optional, shown
 from corovec.solver.results.files import writable_folder
 from corovec.solver.runtime.execution import complete, failure, processes
 
@@ -155,6 +159,11 @@ def run_many(items, executor=None, jobs=None):
     Raises:
         InputError: an item or ``jobs`` is not what it should be; nothing has been computed.
     """
+    if isinstance(items, str | Mapping) or not np.iterable(items):
+        raise InputError(f"items must be a list of pairs (model or case, settings), is "
+                         f"{shown(items)}")
+    optional("executor", executor, lambda given: callable(getattr(given, "submit", None)),
+             "a concurrent.futures.Executor")
     runs = [as_run(item) for item in items]
     if executor is None:
         ended = {run: error or value

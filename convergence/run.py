@@ -9,6 +9,7 @@ from pathlib import Path
 
 from corovec import InputError, Model, Settings, solver
 from corovec.benchmarks import load_case
+from corovec.solver.checks import shown
 from corovec.solver.runtime.provenance import fingerprint
 
 
@@ -61,8 +62,8 @@ def as_run(item):
     try:
         model, settings = item
     except (TypeError, ValueError):
-        raise InputError(f"a run must be a Run or a pair (model or case, settings), is {item!r}"
-                         ) from None
+        raise InputError("a run must be a Run or a pair (model or case, settings), is "
+                         f"{shown(item)}") from None
     case = model if isinstance(model, str) else None
     if case is not None:
         definition = load_case(case)

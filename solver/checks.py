@@ -14,15 +14,23 @@ TINY = 1e-30
 """Sizes that must be positive are not smaller: products of ten of them do not underflow."""
 
 
+LARGEST = 10**15
+"""Integers are not larger: they are counts and numbers of nodes and elements."""
+
+NOT_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating, np.datetime64,
+               np.timedelta64)
+"""What Python takes for a number, or converts to one, and is none here."""
+
+
 def number(name, value, unit=""):
     """A finite float; bools, strings, arrays and masked values are refused."""
     try:
-        if (isinstance(value, bool | np.bool_ | str | complex) or np.ndim(value)
+        if (isinstance(value, NOT_NUMBERS) or np.ndim(value)
                 or np.ma.is_masked(value)):
             raise TypeError
         result = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name} must be a number{_in(unit)}, is {_shown(value)}") from None
+        raise InputError(f"{name} must be a number{_in(unit)}, is {shown(value)}") from None
     if not abs(result) < HUGE:
         raise InputError(f"{name} must be finite and below {HUGE:g}{_in(unit)}, is {result:g}")
     return result
@@ -38,9 +46,25 @@ def positive(name, value, unit=""):
 
 def integer(name, value):
     """An int; floats, bools and strings are refused."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
-        raise InputError(f"{name} must be an integer, is {_shown(value)}")
+    if isinstance(value, NOT_NUMBERS) or not isinstance(value, int | np.integer):
+        raise InputError(f"{name} must be an integer, is {shown(value)}")
+    if abs(int(value)) > LARGEST:
+        raise InputError(f"{name} must be at most {LARGEST:.0e}, is {shown(value)}")
     return int(value)
+
+
+def flag(name, value):
+    """A bool."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} must be True or False, is {shown(value)}")
+    return bool(value)
+
+
+def optional(name, value, good, what):
+    """None, or a value that is ``good``, such as ``callable``; ``what`` says that in words."""
+    if value is not None and not good(value):
+        raise InputError(f"{name} must be {what} or None, is {shown(value)}")
+    return value
 
 
 def count(name, value):
@@ -55,7 +79,7 @@ def vector(name, value, unit=""):
     """Three finite floats as a tuple."""
     items = _items(value)
     if items is None or len(items) != 3:
-        raise InputError(f"{name} must be three numbers{_in(unit)}, is {_shown(value)}")
+        raise InputError(f"{name} must be three numbers{_in(unit)}, is {shown(value)}")
     return tuple(number(f"{name}[{k}]", item, unit) for k, item in enumerate(items))
 
 
@@ -63,7 +87,7 @@ def integers(name, values):
     """A tuple of ints from any sequence of integers."""
     items = _items(values)
     if items is None:
-        raise InputError(f"{name} must be a sequence of integers, is {_shown(values)}")
+        raise InputError(f"{name} must be a sequence of integers, is {shown(values)}")
     return tuple(integer(f"{name}[{k}]", item) for k, item in enumerate(items))
 
 
@@ -89,14 +113,15 @@ def existing(name, numbers, size):
 def choice(name, value, choices):
     """One of ``choices``."""
     if not isinstance(value, str) or value not in choices:
-        raise InputError(f"{name} '{value}' is unknown, must be one of: {', '.join(choices)}")
+        raise InputError(f"{name} {shown(value)} is unknown, must be one of: "
+                         f"{', '.join(choices)}")
     return value
 
 
 def instance(name, value, kind):
     """An object of the class ``kind``."""
     if not isinstance(value, kind):
-        raise InputError(f"{name} must be a {kind.__name__}, is {_shown(value)}")
+        raise InputError(f"{name} must be a {kind.__name__}, is {shown(value)}")
     return value
 
 
@@ -141,9 +166,12 @@ def _items(values):
         return None
 
 
-def _shown(value):
+def shown(value):
     """The start of a value's representation, in one line."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except Exception as error:  # an integer of more digits than Python prints, an object's own
+        text = f"a {type(value).__name__} that cannot be shown ({type(error).__name__})"
     return text if len(text) <= 80 else f"{text[:76]} ..."
 
 

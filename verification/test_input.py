@@ -27,6 +27,7 @@ from corovec import (
     surface_load,
 )
 from corovec.benchmarks import FOLDER, load_case
+from corovec.convergence import run_many
 from corovec.solver.checks import HUGE, TINY
 from corovec.solver.input.files import read_model
 from corovec.solver.model.mesh import node_at
@@ -364,7 +365,7 @@ def test_bad_settings(options, message):
 
 @pytest.mark.parametrize("kind, options, message", [
     (Scheme, {"name": "euler"}, "scheme 'euler' is unknown, must be one of: quasi, newmark"),
-    (Scheme, {"name": None}, "scheme 'None' is unknown"),
+    (Scheme, {"name": None}, "scheme None is unknown"),
     (Scheme, {"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
     (Scheme, {"rho_inf": np.nan}, "rho_inf must be finite"),
     (Scheme, {"rho_inf": "1"}, "rho_inf must be a number, is '1'"),
@@ -423,4 +424,61 @@ def test_definition_file_reports_every_error_with_its_path(tmp_path):
         assert where in text
     path.write_text("name = [")
     with pytest.raises(InputError, match="broken.toml"):
+        read_model(path)
+
+
+JUNK = (b"1", np.timedelta64(1), np.datetime64("2020"), 1j, "1", [1.0], True, None, object())
+
+
+@pytest.mark.parametrize("value", JUNK, ids=lambda value: type(value).__name__)
+def test_what_python_takes_for_a_number_and_is_none(value):
+    """Bytes, times and flags are refused as numbers and as integers, each in one line."""
+    for make in (lambda: Settings(dt=value, end_time=1.0), lambda: Scheme(rho_inf=value),
+                 lambda: Newton(min_iterations=value), lambda: Pressure(value),
+                 lambda: NodalLoad(value, (0.0, 0.0, 1.0)), lambda: Pressure(1.0, [value])):
+        with pytest.raises(InputError) as told:
+            make()
+        assert len(str(told.value)) < 300 and "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("value", [2**63, 10**30, 10**400, -10**400])
+def test_integers_have_a_bound(value):
+    """Also those that have more digits than Python shows."""
+    with pytest.raises(InputError, match="frame_every must be at most 1e.15"):
+        Settings(dt=0.1, end_time=1.0, frame_every=value)
+
+
+@pytest.mark.parametrize("wrong, message", [
+    ({"overwrite": "no"}, "overwrite must be True or False, is 'no'"),
+    ({"resume": 1}, "resume must be True or False"),
+    ({"progress": 5}, "progress must be a function or None, is 5"),
+    ({"case": object()}, "case must be a name or None")])
+def test_nothing_is_touched_before_the_arguments_are_checked(tmp_path, wrong, message):
+    """An earlier result stays as it was."""
+    path = tmp_path / "run.h5"
+    path.write_bytes(b"earlier")
+    model = rectangle(1.0, 1.0, (1, 1))
+    with pytest.raises(InputError, match=message):
+        simulate(model, Settings(dt=0.1, end_time=0.2), output=path, **{"overwrite": True, **wrong})
+    assert path.read_bytes() == b"earlier"
+
+
+@pytest.mark.parametrize("items, executor, message", [
+    (None, None, "items must be a list of pairs"), (3, None, "items must be a list"),
+    ({}, None, "items must be a list"), ([], 3, "executor must be a concurrent.futures.Executor"),
+    ([(1, 2, 3)], None, "a run must be a Run or a pair")])
+def test_junk_for_many_runs(items, executor, message):
+    with pytest.raises(InputError, match=message):
+        run_many(items, executor)
+
+
+@pytest.mark.parametrize("text, message", [
+    ("a = " + 5000 * "[" + 5000 * "]", "nested too deeply"), (None, "not a regular file")])
+def test_model_files_that_are_none(tmp_path, text, message):
+    path = tmp_path / "shell.toml"
+    if text is None:
+        path.symlink_to("/dev/zero")
+    else:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
         read_model(path)

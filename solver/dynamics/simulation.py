@@ -5,7 +5,7 @@ import time
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import instance
+from ..checks import instance, optional
 from ..errors import InputError
 from ..model.model import Model
 from ..results.files import output_path
@@ -47,6 +47,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     """
     instance("model", model, Model)
     instance("settings", settings, Settings)
+    optional("progress", progress, callable, "a function")
+    optional("case", case, lambda name: isinstance(name, str), "a name")
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")

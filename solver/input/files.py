@@ -42,10 +42,14 @@ def read_model(path):
         InputError: it cannot be read, or has errors: all of them, each with its path in the file.
     """
     try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise ValueError("it is not a regular file")
         with open(path, "rb") as file:
             data = tomllib.load(file)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: its values are nested too deeply") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path} cannot be read: {reason}") from None

@@ -262,7 +262,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         gather_rows(elements.mass.reshape(-1, 16), first, count, mass_.reshape(16, WIDTH))
         gather_rows(elements.inertia.reshape(-1, 1), first, count, inertia_)
 
-        # strains at the end of the step, averaged with those at its start
+        # 1. strains at the end of the step, Eqs. (8), (10), averaged with those at its start,
+        #    Eq. (70), and local forces, Eq. (68)
         _move(y_0, dy, 1.0, y)
         gather_vertices(p_end, directors, p_)
         diagonals = element.frame(y, R)
@@ -271,6 +272,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e)
         element.local_forces(l, Q, k_b, t, b, e, B, f, g)
 
+        # 2. T^T f_int, Eq. (45b), with T the average of both ends
         if averaged:
             element.rotated_positions(R, y, p, yl, r)
             element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
@@ -283,7 +285,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             _add(alpha_f, f_x_, nodes, force_x)
             _add(alpha_f, f_p_, directors, ends_p[1])
 
-        # T at the generalized midpoint
+        # 3. or with T at the generalized midpoint
         _move(y_0, dy, weight, y)
         gather_vertices(p_mid, directors, p_)
         diagonals = element.frame(y, R)
@@ -293,12 +295,14 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             _add(1.0, f_x_, nodes, force_x)
         _add(1.0, f_p_, directors, force_p)
 
+        # 4. M U_ddot + F_m before A_1^T, Eqs. (37), (43)
         gather_vertices(inertial_x, nodes, a_x_)
         gather_vertices(inertial_p, directors, a_p_)
         inertial_forces(mass, inertia, a_x, a_p, f_x, f_p)
         _add(1.0, f_x_, nodes, force_x)
         _add(1.0, f_p_, directors, rate_p)
 
+        # 5. k_T, Eq. (63), and mass, Eq. (40)
         if with_tangent:
             _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_)
             if predicted.used:

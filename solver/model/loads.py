@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checks import choice, distinct, existing, floats, integer, integers, number, vector
+from ..checks import choice, distinct, existing, floats, integer, integers, number, shown, vector
 from ..errors import InputError
 from .constants import GAUSS, area_factors, shape_functions
 from .mesh import check_connectivity, node_numbers
@@ -29,7 +29,8 @@ class TimeFunction:
         for name in ("times", "values"):
             given = getattr(self, name)
             if not isinstance(given, list | tuple | np.ndarray) or isinstance(given, str):
-                raise InputError(f"time function: {name} must be a list of numbers, is {given!r}")
+                raise InputError(f"time function: {name} must be a list of numbers, is "
+                                 f"{shown(given)}")
             items = tuple(number(f"time function: {name}[{k}]", v) for k, v in enumerate(given))
             object.__setattr__(self, name, items)
         if len(self.times) != len(self.values) or not self.times:
@@ -134,7 +135,7 @@ class Support:
         given = given if isinstance(given, str) or not np.iterable(given) else tuple(given)
         if not isinstance(given, tuple) or not given:
             raise InputError(f"support: components must be a list of {', '.join(COMPONENTS)}, is "
-                             f"{given!r}")
+                             f"{shown(given)}")
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
         _plain(self, nodes=distinct("support: nodes", self.nodes), components=components,
                displacement=number("support: displacement", self.displacement, "m"),
@@ -190,7 +191,7 @@ def _plain(item, **values):
 
 def _history(history):
     if not isinstance(history, TimeFunction):
-        raise InputError(f"history must be a TimeFunction, is {history!r}")
+        raise InputError(f"history must be a TimeFunction, is {shown(history)}")
     return history
 
 

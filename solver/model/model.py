@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from ..checks import TINY, choice, existing, floats, integers, number, vector
+from ..checks import TINY, choice, existing, floats, integers, number, shown, vector
 from ..errors import InputError
 from ..kernels.arguments import Elements
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
@@ -236,10 +236,10 @@ def _require(good, values, message):
 def _items(name, given, kinds):
     """A tuple of loads or supports, checked for their type."""
     if isinstance(given, kinds) or not np.iterable(given):
-        raise InputError(f"{name} must be a list, is {given!r}")
+        raise InputError(f"{name} must be a list, is {shown(given)}")
     items = tuple(given)
     for k, item in enumerate(items):
         if not isinstance(item, kinds):
             known = ", ".join(kind.__name__ for kind in kinds)
-            raise InputError(f"{name}[{k}] must be one of {known}, is {item!r}")
+            raise InputError(f"{name}[{k}] must be one of {known}, is {shown(item)}")
     return items

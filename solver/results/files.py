@@ -6,11 +6,13 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..checks import flag
 from ..errors import InputError, ResultFileError
 
 
 def output_path(output, overwrite, resume):
     """The file that a run may write to, or None; see ``writable_path``."""
+    resume, overwrite = flag("resume", resume), flag("overwrite", overwrite)
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other")
     return None if output is None else writable_path(output, overwrite or resume)

@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import floats
+from ..checks import floats, optional
 from ..errors import InputError, StepError
 from ..results.files import output_path
 from ..system.failure import NotConverged, told
@@ -44,6 +44,7 @@ def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None
     factors = floats("load factors", factors, (None,)) if np.size(factors) else np.zeros(0)
     if not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
         raise InputError("load factors must be a list of numbers that ascend from above zero")
+    optional("progress", progress, callable, "a function")
     output = output_path(output, overwrite, resume)
     path = Path(model, settings)
     path.begin(factors[0], output, overwrite, resume, len(factors), method="load control",
