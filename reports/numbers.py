@@ -1,10 +1,13 @@
 """Measured numbers of the README and the documentation, from result files, never typed twice.
 
-``docs/numbers.json`` is a snapshot of a reproduction: what the Markdown shows of ``study.json`` and
-``timing.json``, with the commit and the machine of each.  In the Markdown a number stands between
-``<!-- number: NAME ... -->`` and ``<!-- end -->``, where NAME is one of ``TABLES``, or a case
-followed by a quantity of its study's summary and a format, as in
-``<!-- number: l-plate | slope, finest mesh as reference | .2f -->-1.73<!-- end -->``.
+``docs/numbers.json`` is a snapshot: what the Markdown shows of ``study.json``, ``timing.json`` and
+``peers.json``, with commit and machine of each, and under ``commands`` the lines that come from
+commands without such a file.  In the Markdown a number stands between ``<!-- number: NAME ... -->``
+and ``<!-- end -->``, where NAME is one of ``TABLES``, one of the commands, or
+
+- a case, a quantity of its study's summary and a format, as in
+  ``<!-- number: l-plate | R squared | .4f -->0.9995<!-- end -->``,
+- a case or timing, a table of it, ``column=value`` of a row (more with ;), a column and a format.
 """
 
 import json
@@ -15,16 +18,38 @@ import click
 
 from corovec.solver.errors import InputError
 
+from . import number_tables
+from .number_tables import CASES
+
 ROOT = Path(__file__).parents[1]
 SNAPSHOT = "docs/numbers.json"
 COMMAND = "corovec numbers FOLDER"
 """What brings the Markdown up to date: FOLDER is one of ``corovec reproduce``, with its size."""
 
 MARKED = re.compile(r"(<!-- number: ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
-CASES = ("l-plate", "ruler", "hemisphere", "plates")
-METHODS = ("skyline", "dense", "auto", "lapack-lu", "banded-lu", "banded-cholesky")
-NAMES = ("skyline LDLᵀ", "dense Gauss", "production", "LAPACK dense LU", "banded LU",
-         "banded Cholesky")
+TABLES = {name: getattr(number_tables, name) for name in (
+    "energies", "dissipation", "motion", "times", "ratios", "iterations", "exponents", "targets",
+    "peers")}
+TIMINGS = ("table-2", "table-4", "table-6", "table-8", "iterations", "growth", "targets")
+DRIFTS = ("energy_drift", "linear_momentum_drift", "angular_momentum_drift")
+
+COLUMNS = {
+    "mesh": ("elements", "printed", "energy", "order", "order_of_printed"),
+    "drift": ("until", "dt", *DRIFTS),
+    "dissipation": ("dt", "rho_inf", "time", "energy_change"),
+    "motion": ("dt", "point", "component", "until", "min", "max", "period", "autocorrelation"),
+    "symmetry": ("dt", "until", "asymmetry"),
+    "growth": ("dt", "power"),
+    "times": ("elements", "method", "unit_cpu", "basis"),
+    "ratios": ("case", "elements", "dense_skyline", "dense_basis", "sparsity", "paper"),
+    "iterations": ("dt", "matrix", "iterations", "iterations_converged"),
+    "exponents": ("case", "method", "solvers", "assembly", "factorization", "solve", "step",
+                  "memory_bytes"),
+    "targets": ("name", "unit", "target", "goal", "value", "met"),
+    "rows": ("program", "version", "elements", "dt", "end_time", "cpu_ms_per_step", "survived",
+             "reached", "energy_drift"),
+    "speedups": ("elements", "dt", "fastest", "factor")}
+"""Columns that the snapshot keeps of a table; those of a timing by the end of their name."""
 
 
 @click.command()
@@ -32,8 +57,9 @@ NAMES = ("skyline LDLᵀ", "dense Gauss", "production", "LAPACK dense LU", "band
 def numbers(folder):
     """Write the measured numbers of a reproduction FOLDER into README and documentation.
 
-    FOLDER is that of one size, as results/reproduce/full; of what is not in it the old numbers
-    stay.  Without it the Markdown is only written anew from docs/numbers.json.
+    FOLDER is that of one size, as results/reproduce/full, with the peers.json of corovec peers if
+    there is one; of what is not in it the old numbers stay.  Without it the Markdown is only
+    written anew from docs/numbers.json.
 
     \b
     Example:
@@ -47,11 +73,11 @@ def numbers(folder):
         try:
             found = collect(folder)
         except (OSError, LookupError, TypeError, AttributeError, ValueError) as error:
-            raise InputError(f"{folder}: a study.json or timing.json is damaged: "
+            raise InputError(f"{folder}: a study.json, timing.json or peers.json is damaged: "
                              f"{type(error).__name__} {error}") from None
         if not any(found.values()):
-            raise InputError(f"{folder} holds no study.json and no timing.json")
-        snapshot = {kind: {**snapshot[kind], **found[kind]} for kind in snapshot}
+            raise InputError(f"{folder} holds no study.json, timing.json or peers.json")
+        snapshot = {kind: {**snapshot[kind], **found.get(kind, {})} for kind in snapshot}
     try:
         written = {page: render(page.read_text(encoding="utf-8"), snapshot) for page in pages(ROOT)}
     except (LookupError, TypeError, ValueError) as error:
@@ -70,101 +96,79 @@ def pages(root):
 
 
 def collect(folder):
-    """``{"convergence": {case: ...}, "timing": {table: ...}}`` of what is in a folder."""
-    found = {"convergence": {}, "timing": {}}
-    for case in CASES:
-        path = folder / "convergence" / case / folder.name / "study.json"
-        if path.exists():
-            study = json.loads(path.read_text(encoding="utf-8"))
-            end = max(row["until"] for row in study["drift"])
-            drift = min((row for row in study["drift"] if row["until"] == end),
-                        key=lambda row: row["dt"])
-            found["convergence"][case] = {
-                **_origin(study["origin"]),
-                "mesh": [_part(row, ("elements", "printed", "energy", "order", "order_of_printed"))
-                         for row in study["mesh"]],
-                "drift": _part(drift, ("until", "dt", "energy_drift", "linear_momentum_drift",
-                                       "angular_momentum_drift")),
-                "summary": {row["quantity"]: row["ours"] for row in study["summary"]}}
-    path = folder / "timing" / "table-2" / "timing.json"
-    if path.exists():
-        timing = json.loads(path.read_text(encoding="utf-8"))
-        found["timing"]["table-2"] = {
-            **_origin(timing),
-            "rows": [_part(row, ("elements", "method", "unit_cpu", "basis"))
-                     for row in timing["tables"]["table-2-times"]],
-            "ratios": [_part(row, ("elements", "dense_skyline", "paper"))
-                       for row in timing["tables"]["table-2-ratios"]]}
-    return found
+    """``{"convergence": {case: ...}, "timing": {name: ...}, "peers": ...}`` of what is there."""
+    studies = {case: folder / "convergence" / case / folder.name / "study.json" for case in CASES}
+    timings = {name: folder / "timing" / name / "timing.json" for name in TIMINGS}
+    peers = _read(folder / "peers.json")
+    return {"convergence": {case: _study(_read(path)) for case, path in studies.items()
+                            if path.exists()},
+            "timing": {name: _timing(_read(path)) for name, path in timings.items()
+                       if path.exists()},
+            "peers": {} if peers is None else {
+                **_origin(peers), "rows": _rows(peers, "rows"),
+                "speedups": _rows(peers, "speedups")}}
 
 
 def render(text, snapshot):
     """The Markdown ``text`` with all marked numbers as the snapshot has them."""
     def number(match):
         name, *rest = (part.strip() for part in match[2].split("|"))
-        if name in TABLES:
-            shown = f"\n\n{TABLES[name](snapshot)}\n\n"
-        else:
-            quantity, form = rest
-            shown = _short(format(snapshot["convergence"][name]["summary"][quantity], form))
-        return match[1] + shown + match[4]
+        if not rest:
+            shown = (TABLES[name](snapshot) if name in TABLES
+                     else number_tables.command(snapshot["commands"][name]))
+            return f"{match[1]}\n\n{shown}\n\n{match[4]}"
+        return match[1] + _value(snapshot, name, *rest) + match[4]
     return MARKED.sub(number, text)
 
 
-def _energies(snapshot):
-    """All cases and meshes: energies, orders, drifts."""
-    lines = ["| case, elements | printed [J] | ours [J] | p printed, ours | until, dt [s] "
-             "| E drift | L drift | J drift |", "|---" * 8 + "|"]
-    for case in CASES:
-        study = snapshot["convergence"][case]
-        mesh, drift = study["mesh"], study["drift"]
-        lines.append("| " + " | ".join((
-            f"{case} " + ", ".join(str(row["elements"]) for row in mesh),
-            ", ".join(row["printed"] for row in mesh),
-            ", ".join(f"{row['energy']:.{2 if row['energy'] > 1000.0 else 3}f}" for row in mesh),
-            f"{mesh[-1]['order_of_printed']:.3g}, {mesh[-1]['order']:.3g}",
-            f"{drift['until']:g}, {_short(format(drift['dt'], '.2e'))}",
-            _short(format(drift["energy_drift"], ".1e")),
-            *(_short(format(drift[f"{name}_momentum_drift"], ".0e"))
-              for name in ("linear", "angular")))) + " |")
-    return "\n".join([*lines, "", _measured(snapshot["convergence"]["l-plate"])])
+def _value(snapshot, name, table, *rest):
+    """The text of one number, – without such a row: see the module for what a marker holds."""
+    part = {**snapshot["convergence"], **snapshot["timing"]}[name]
+    if len(rest) == 1:
+        return number_tables.number(part["summary"][table], rest[0])
+    selector, column, form = rest
+    wanted = dict(item.strip().split("=", 1) for item in selector.split(";"))
+    rows = [row for row in part[table]
+            if all(str(row[key]) == value for key, value in wanted.items())]
+    return number_tables.number(rows[0][column] if rows else None, form)
 
 
-def _times(snapshot):
-    """Table 2: CPU seconds of 100 steps, and the ratio of the paper's two solvers."""
-    lines = [f"| elements | {' | '.join(NAMES)} | dense/skyline | paper's |", "|---" * 9 + "|"]
-    table = snapshot["timing"]["table-2"]
-    for ratio in table["ratios"]:
-        of = {row["method"]: row for row in table["rows"] if row["elements"] == ratio["elements"]}
-        star = "" if of["dense"]["basis"] == "steps" else "*"
-        cells = [f"{of[name]['unit_cpu']:.3g}" + (star if name == "dense" else "")
-                 for name in METHODS]
-        lines.append(f"| {ratio['elements']} | {' | '.join(cells)} | "
-                     f"{ratio['dense_skyline']:.3g}{star} | {ratio['paper']:.3g} |")
-    return "\n".join([*lines, "", "(*) Composed of single calls. "
-                      + _measured(table)])
+def _study(study):
+    """What is kept of a study: its meshes and summary, and at the smallest time step the whole
+    flight: drifts, motion, asymmetry (the largest of all planes), its growth (the fastest)."""
+    kept = {name: _rows(study, name) for name in ("mesh", "drift", "dissipation", "motion",
+                                                  "symmetry", "growth")}
+    end, dt = max(row["until"] for row in kept["drift"]), min(row["dt"] for row in kept["drift"])
+    for name in ("drift", "motion", "symmetry", "growth"):
+        kept[name] = [row for row in kept[name] if row["dt"] == dt]
+    (drift,) = (row for row in kept["drift"] if row["until"] == end)
+    last = {row["rho_inf"]: row for row in kept["dissipation"] if row["rho_inf"] < 1.0}
+    untils = sorted({row["until"] for row in kept["symmetry"]})
+    symmetry = [max((row for row in kept["symmetry"] if row["until"] == until),
+                    key=lambda row: row["asymmetry"]) for until in (*untils[:1], *untils[-1:])]
+    moving = {"motion": kept["motion"], "symmetry": symmetry,
+              "growth": [max(kept["growth"], key=lambda row: row["power"])]} if untils else {}
+    return {**_origin(study["origin"]), "mesh": kept["mesh"], "drift": drift,
+            "dissipation": list(last.values()), **moving,
+            "summary": {row["quantity"]: row["ours"] for row in study["summary"]}}
 
 
-TABLES = {"energies": _energies, "times": _times}
+def _timing(timing):
+    """What is kept of a timing: its tables that ``COLUMNS`` knows, by the end of their name."""
+    tables = {name.rsplit("-", 1)[-1]: _rows(timing["tables"], name) for name in timing["tables"]
+              if name.rsplit("-", 1)[-1] in COLUMNS and name != "growth"}
+    return {**_origin(timing), **tables}
 
 
-def _measured(part):
-    return f"Measured at commit {part['commit'][:7]}, {part['machine']}."
+def _rows(tables, name):
+    """Rows of a table with the columns of ``COLUMNS`` only; no table, no rows."""
+    return [{column: row.get(column) for column in COLUMNS[name.rsplit("-", 1)[-1]]}
+            for row in tables.get(name, ())]
+
+
+def _read(path):
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
 def _origin(origin):
-    machine = origin["machine"]
-    return {"commit": origin["commit"], "machine": machine["processor"]}
-
-
-def _part(row, names):
-    return {name: row.get(name) for name in names}
-
-
-def _short(text):
-    """``2.70e-07`` as ``2.7e-7``."""
-    mantissa, e, exponent = text.partition("e")
-    if not e:
-        return text
-    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{mantissa}e{int(exponent)}"
+    return {"commit": origin["commit"], "machine": origin["machine"]["processor"]}
