@@ -10,13 +10,18 @@ from pydantic import ValidationError
 from ..errors import InputError
 from .schema import ModelFile
 
+GROUP = "corovec.models"
+"""Entry points of packages that bring model files."""
+
 
 @cache
 def installed_models():
-    """``{name: path}`` of the model files of all packages in the entry-point group
-    ``corovec.models``."""
-    folders = [Path(util.find_spec(point.module).origin).parent
-               for point in metadata.entry_points(group="corovec.models")]
+    """``{name: path}`` of the model files of all packages in the entry-point group ``GROUP``."""
+    return _models(metadata.entry_points(group=GROUP))
+
+
+def _models(entry_points):
+    folders = [Path(util.find_spec(point.module).origin).parent for point in entry_points]
     return {path.stem: path for folder in folders for path in sorted(folder.glob("*.toml"))}
 
 
@@ -26,11 +31,14 @@ def find_model(model):
     Raises:
         InputError: it is neither.
     """
-    names = installed_models()
-    if model in names:
-        return names[model]
     if Path(model).suffix == ".toml":
         return Path(model)
+    # of this package alone: to look through all that is installed takes longer than a short run
+    names = _models(metadata.distribution("corovec").entry_points.select(group=GROUP))
+    if model not in names:
+        names = installed_models()
+    if model in names:
+        return names[model]
     raise InputError(f"model '{model}' is unknown, must be the path of a .toml file or one of: "
                      f"{', '.join(sorted(names))}")
 
