@@ -10,7 +10,7 @@ from numba import uint64
 
 from . import element
 from .arguments import DONE
-from .jit import kernel
+from .jit import internal, kernel
 from .lanes import WIDTH, lanes, new, pair
 from .nodes import advance_nodes, curvature, derivatives, moment_forces, moment_skew
 from .tangent import tangent, tangent_work
@@ -23,7 +23,7 @@ def members(elements, group):
     return first, min(WIDTH, elements.nodes.shape[0] - first)
 
 
-@kernel
+@internal
 def gather_positions(x, x_low, nodes, y_):
     """Positions of vertices 2..4 relative to vertex 1 from compensated nodal positions.
 
@@ -38,7 +38,7 @@ def gather_positions(x, x_low, nodes, y_):
                 y_[k, c, v] = (x[j, c] - x[i, c]) + (x_low[j, c] - x_low[i, c])
 
 
-@kernel
+@internal
 def _gather_increments(dx, nodes, dy_):
     """Increments of vertices 2..4 relative to vertex 1, ``dy_`` (3, 3, WIDTH)."""
     for v in range(WIDTH):
@@ -58,7 +58,7 @@ def gather_vertices(p, vertices, q_):
                 q_[i, c, v] = p[vertices[el, i], c]
 
 
-@kernel
+@internal
 def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
     """Columns dp/dn of the four vertices, ``A_`` (4, 3, 3, WIDTH), and how many of them are used in
     any lane."""
@@ -73,7 +73,7 @@ def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
                     A_[i, c, k, v] = A1[directors[el, i], c, k]
 
 
-@kernel
+@internal
 def gather_rows(rows, first, count, q_):
     """Rows of an element array, ``q_`` (n, WIDTH)."""
     for v in range(WIDTH):
@@ -82,7 +82,7 @@ def gather_rows(rows, first, count, q_):
             q_[k, v] = rows[el, k]
 
 
-@kernel
+@internal
 def put_rows(q_, first, count, rows):
     """The opposite of ``gather_rows``."""
     for v in range(count):
@@ -90,7 +90,7 @@ def put_rows(q_, first, count, rows):
             rows[first + v, k] = q_[k, v]
 
 
-@kernel
+@internal
 def gather_strains(t, b, e, first, count, t_, b_, e_):
     """Strains of the elements of a group, see ``arguments.Start``."""
     gather_rows(t.reshape(-1, 9), first, count, t_.reshape(9, WIDTH))
@@ -98,7 +98,7 @@ def gather_strains(t, b, e, first, count, t_, b_, e_):
     gather_rows(e, first, count, e_)
 
 
-@kernel
+@internal
 def _add(factor, q_, vertices, total):
     """Add ``factor`` times the vectors ``q_`` (4, 3, WIDTH) of the vertices, element by element."""
     for v in range(vertices.shape[0]):
@@ -107,7 +107,7 @@ def _add(factor, q_, vertices, total):
                 total[vertices[v, i], c] += factor * q_[i, c, v]
 
 
-@kernel
+@internal
 def _move(y_0, dy, weight, y):
     """``y = y_0 + weight dy``"""
     for k in range(3):
@@ -115,7 +115,7 @@ def _move(y_0, dy, weight, y):
             y[k, c] = y_0[k, c] + weight * dy[k, c]
 
 
-@kernel
+@internal
 def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
     """Eq. (70): (t, b, e) at the end <- (1 - alpha_f) end + alpha_f start."""
     for k in range(3):
@@ -127,7 +127,7 @@ def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
         e[s] = weight * e[s] + alpha_f * e_0[s]
 
 
-@kernel
+@internal
 def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
     """``m_ij x_ddot_j``, ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
     for i in range(4):
@@ -138,7 +138,7 @@ def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
                                       + mass[i, 2] * a_p[2, c] + mass[i, 3] * a_p[3, c])
 
 
-@kernel
+@internal
 def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
     """``ke <- stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
     for i in range(4):
@@ -232,7 +232,7 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
     return DONE
 
 
-@kernel
+@internal
 def add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
                  values, work):
     """Internal and inertial forces of all elements, and their matrices."""
@@ -318,7 +318,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 
 
-@kernel
+@internal
 def _couples(R, g, f_p):
     """Forces on the normals, ``R^T g``."""
     for i in range(4):
@@ -354,7 +354,7 @@ def reduce(dofs, chart, averaged, p_start, loads, residual, work):
         balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
-@kernel
+@internal
 def reduce_ends(nodes, chart, p_start, unmasked, work):
     """``f_n -= A1^T f_p`` at the end and at the start of the step, where T is their average."""
     start, n_rot, first = nodes.start, nodes.n_rot, nodes.first
@@ -368,7 +368,7 @@ def reduce_ends(nodes, chart, p_start, unmasked, work):
                         unmasked[start[i] + 3 + k] -= A_end[d, c, k] * work.ends_p[end, d, c]
 
 
-@kernel
+@internal
 def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
     """Second derivative of the normals, ``f_p . d2p/dn2``, with the symmetric part of the load
     stiffness of moments."""
@@ -400,7 +400,7 @@ def add_moment_skew(dofs, storage, chart, factor, moments, work, skew):
                     skew[storage.diagonal[row] - storage.stride * (k - l)] += factor * H[k, l]
 
 
-@kernel
+@internal
 def _hold(dofs, storage, values):
     """Unit rows for held dofs."""
     if dofs.any_fixed:

@@ -9,7 +9,7 @@ the next step.
 
 import math
 
-from .jit import kernel
+from .jit import internal, kernel
 from .vectors import along, cross, dot
 
 CHART_LIMIT = 0.95
@@ -60,7 +60,7 @@ def second_derivatives(p, triad):
     return -1.0 / s - n * n / cube, -n * m / cube, -1.0 / s - m * m / cube
 
 
-@kernel
+@internal
 def convective(p, triad, rates):
     """The single component (along t_3) of A2, Eq. (28)."""
     nn, nm, mm = second_derivatives(p, triad)
@@ -85,13 +85,13 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
     if not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0):
         return _choose_global(v, ahead, old, fixed_component, triad)
     if fixed_component >= 0:
-        triad[0] = 0.0
-        triad[0, fixed_component] = 1.0
         share = ahead[fixed_component]
         for c in range(3):
+            triad[0, c] = 1.0 if c == fixed_component else 0.0
             triad[2, c] = ahead[c] - share * triad[0, c]
     else:
-        triad[2] = ahead
+        for c in range(3):
+            triad[2, c] = ahead[c]
     size = math.sqrt(dot(triad[2], triad[2]))
     for c in range(3):
         triad[2, c] /= size
@@ -108,7 +108,7 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
     return _choose_global(v, v, old, fixed_component, triad)
 
 
-@kernel
+@internal
 def _choose_global(v, ahead, old, fixed_component, triad):
     """Global axes: the one along t_3 stays unless another component exceeds it by
     ``SWITCH_RATIO`` (``old = 0``: none yet, the largest)."""
@@ -122,12 +122,16 @@ def _choose_global(v, ahead, old, fixed_component, triad):
         if c != fixed_component and abs(ahead[c]) > size:
             best, size = c, abs(ahead[c])
     if best == before or (before >= 0 and abs(v[best]) < EARLIEST):
-        triad[:] = old
+        for row in range(3):
+            for c in range(3):
+                triad[row, c] = old[row, c]
         return False
     one, two = (best + 1) % 3, (best + 2) % 3
     if two == fixed_component:
         one, two = two, one
-    triad[:] = 0.0
+    for row in range(3):
+        for c in range(3):
+            triad[row, c] = 0.0
     triad[0, one] = triad[1, two] = 1.0
     triad[2, best] = 1.0 if v[best] >= 0.0 else -1.0
     return True

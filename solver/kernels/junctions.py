@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from .charts import CHART_LIMIT, EARLIEST, SWITCH_RATIO, choose_triad, empty
-from .jit import kernel
+from .jit import internal, kernel
 from .vectors import cross, dot
 
 
@@ -57,7 +57,7 @@ def spins(e, triad, G, omega):
             omega[c, i] /= determinant
 
 
-@kernel
+@internal
 def spin_derivative(e, triad, omega, a, b, result):
     """Rate of the spin ``a`` while the frame turns with the spin ``b``, both (3,).
 
@@ -88,7 +88,7 @@ def swing(omega, p, A1):
         A1[2, k] = omega[0, k] * p[1] - omega[1, k] * p[0]
 
 
-@kernel
+@internal
 def frame_of(body, d, p, e):
     """Nodal frame of a junction from its first two directors ``p[d], p[d + 1]``."""
     a, b = np.empty((3, 3)), np.empty((3, 3))
@@ -104,7 +104,7 @@ def frame_of(body, d, p, e):
             e[row, c] = b[0, c] * a[0, row] + b[1, c] * a[1, row] + b[2, c] * a[2, row]
 
 
-@kernel
+@internal
 def spin_of(a, b, a_dot, b_dot, omega):
     """Spin of a rigid pair of unit vectors: ``omega = a x a_dot + c a``, c from ``omega x b``."""
     side, rest = np.empty(3), np.empty(3)
@@ -118,7 +118,7 @@ def spin_of(a, b, a_dot, b_dot, omega):
         omega[c] += share * a[c]
 
 
-@kernel
+@internal
 def set_junction(e, omega, triad, x, rates):
     """Variables of a nodal frame in a triad, and their rates for the spin ``omega``."""
     turn_y, turn_z = np.empty(3), np.empty(3)

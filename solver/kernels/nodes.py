@@ -18,7 +18,7 @@ from .charts import (
     normal,
     second_derivatives,
 )
-from .jit import inlined, kernel
+from .jit import inlined, internal, kernel
 from .junctions import (
     carry,
     choose_junction_triad,
@@ -52,7 +52,7 @@ def _frame():
     return Frame(np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)))
 
 
-@kernel
+@internal
 def _place_junction(nodes, i, x, triad, frame, p, A1):
     """Directors of the junction ``i`` and their derivatives ``omega_k x p``; False if off."""
     if not nodal_frame(x[0], x[1], x[2], triad, frame.e):
@@ -159,7 +159,7 @@ def rate_at_midpoint(step, delta, velocity, acceleration, k):
             - step.rate_acceleration * acceleration[k])
 
 
-@kernel
+@internal
 def advance_junction(nodes, i, triad, middle, work, frame):
     """Directors of a junction at the end and the midpoint, ``p_ddot = w_dot x p + w x (w x p)``:
     A1 n_ddot + A2, Eqs. (32), (34)."""
@@ -178,7 +178,7 @@ def advance_junction(nodes, i, triad, middle, work, frame):
     return True
 
 
-@kernel
+@internal
 def spin_and_rate(frame, triad, x_dot, x_ddot, spin, rate):
     """``w = omega x_dot`` and ``w_dot = omega x_ddot + dw/dx x_dot`` of a nodal frame."""
     for c in range(3):
@@ -230,7 +230,7 @@ def advance_nodes(nodes, motion, step, delta, work):
     return DONE
 
 
-@kernel
+@internal
 def _couple(moments, i, p, d):
     """Couple ``M_i x p_d`` as three numbers."""
     return (moments[i, 1] * p[d, 2] - moments[i, 2] * p[d, 1],
@@ -238,7 +238,7 @@ def _couple(moments, i, p, d):
             moments[i, 0] * p[d, 1] - moments[i, 1] * p[d, 0])
 
 
-@kernel
+@internal
 def moment_forces(nodes, i, chart, p, A1, moments, f):
     """Generalized forces of a moment M about fixed axes at node i: ``f_n = A1^T (M x p)`` on a
     smooth node, ``f_k = w_k . M`` with the spins w_k on a junction."""
@@ -256,7 +256,7 @@ def moment_forces(nodes, i, chart, p, A1, moments, f):
                 + omega[2, k] * moments[i, 2])
 
 
-@kernel
+@internal
 def moment_skew(nodes, i, chart, p, A1, moments, H):
     """Skew part of the load stiffness of a moment M: half of ``-df_k/dn_l + df_l/dn_k``.
 
@@ -304,7 +304,7 @@ def _curvature_smooth(nodes, i, p, triad, forces, moments, H):
     H[0, 0], H[0, 1], H[1, 0], H[1, 1] = along_3 * nn, along_3 * nm, along_3 * nm, along_3 * mm
 
 
-@kernel
+@internal
 def _curvature_junction(nodes, i, p, A1, triad, forces, moments, H):
     """With the spins w_k, ``f . p,kl = w_k,l . (p x f - M) + f . (w_k x (w_l x p))``, symmetric
     part of the M term."""
@@ -380,7 +380,7 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
     return switched
 
 
-@kernel
+@internal
 def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, spin, rate, change):
     """Variables of a junction in new axes, its spin and the rate of that kept."""
     nodal_frame(x[0], x[1], x[2], triad, frame.e)
@@ -422,7 +422,7 @@ def turn_normals(nodes, fixed_component, correction, variables, chart, p, A1):
                          A1[d])
 
 
-@kernel
+@internal
 def _turn_junction(nodes, i, correction, x, triad, p):
     """The nodal frame by the rotation vector ``omega dn``, its directors with it."""
     frame = _frame()
@@ -445,7 +445,7 @@ def _turn_junction(nodes, i, correction, x, triad, p):
         carry(frame.e, nodes.body[d], p[d])
 
 
-@kernel
+@internal
 def _turn_smooth(kept, correction, x, triad, p, A1):
     """``p <- cos(a) p + sin(a)/a A1 dn`` with a = |A1 dn|; a component ``kept`` by a support stays,
     the others are scaled to a unit vector."""

@@ -5,7 +5,7 @@ import numpy as np
 from . import element
 from .arguments import Observation
 from .assembly import gather_positions, gather_vertices, members, put_rows
-from .jit import kernel
+from .jit import internal, kernel
 from .lanes import WIDTH, lanes, new, pair
 
 
@@ -32,7 +32,7 @@ def observe(elements, nodal_mass, motion, velocity, start):
     return Observation(kinetic, strain, linear, angular, printed, sizes[0], sizes[1])
 
 
-@kernel
+@internal
 def _fill_strains(elements, motion, start):
     """Local variables, measures and strain energy W of all elements, Eqs. (8), (10), (15)."""
     n_s = start.e.shape[1]
@@ -52,7 +52,7 @@ def _fill_strains(elements, motion, start):
         put_rows(W_, first, count, start.energy.reshape(-1, 1))
 
 
-@kernel
+@internal
 def _momenta(elements, motion, velocity, start):
     """Kinetic energy, Eq. (22), linear momentum, Eq. (49), and angular momentum: with the
     consistent mass, ``sum_ij m_ij (x_i x v_j + (h^2/12) p_i x p_dot_j)``, and with one sum over
@@ -95,7 +95,7 @@ def _momenta(elements, motion, velocity, start):
     return kinetic, linear, angular, printed
 
 
-@kernel
+@internal
 def _momentum_scales(nodal_mass, x, v):
     """``sum m |v|`` and ``sum m |x - x_c| |v|`` with lumped nodal masses, x_c the mass centre."""
     centre = np.zeros(3)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import kernel
+from .jit import internal, kernel
 from .storage import add_cell
 
 GAUSS = 1.0 / math.sqrt(3.0)
@@ -34,12 +34,12 @@ class Point(NamedTuple):
     t_2: np.ndarray
 
 
-@kernel
+@internal
 def _point():
     return Point(np.empty(4), np.empty(4), np.empty(4), np.empty(3), np.empty(3))
 
 
-@kernel
+@internal
 def _evaluate(y, xi, eta, point):
     """``N_i = (1 + xi_i xi)(1 + eta_i eta)/4`` and tangents; y (3, 3) relative to node 1."""
     signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
@@ -56,7 +56,7 @@ def _evaluate(y, xi, eta, point):
                 point.t_2[c] += point.d_eta[i] * y[i - 1, c]
 
 
-@kernel
+@internal
 def pressure_forces(y, pressure, f):
     """``f_i = p int N_i (x,xi x x,eta) dxi deta`` (4, 3)."""
     point = _point()
@@ -71,7 +71,7 @@ def pressure_forces(y, pressure, f):
                     f[i, c] += pressure * point.N[i] * normal
 
 
-@kernel
+@internal
 def pressure_stiffness(y, pressure, k):
     """``k_ij = -df_i/dx_j = -p int N_i [a_j]x``, a_j = N_j,eta t_1 - N_j,xi t_2; k (4, 3, 4, 3)."""
     point = _point()
@@ -89,7 +89,7 @@ def pressure_stiffness(y, pressure, k):
                         k[i, e, j, d] -= a_c
 
 
-@kernel
+@internal
 def _positions(quad, nodes, motion, delta, weight, y):
     """Nodes 2..4 relative to node 1 of an element, ``weight`` of the increment on."""
     first = quad[0]

@@ -8,7 +8,7 @@ The paper's "one-dimensional storage + LDL^T decomposition" (Tables 2, 4, 6, 8).
 import numpy as np
 
 from .arguments import DONE, Pivots
-from .jit import kernel
+from .jit import internal, kernel
 from .lanes import WIDTH, load, store, zeros
 
 PANEL = WIDTH
@@ -73,7 +73,7 @@ def factor(a, diagonal, first, reach, G, L, part):
     return Pivots(negative, DONE)
 
 
-@kernel
+@internal
 def _take(a, diagonal, first, k0, k1, stop, G):
     """Columns k0 to k1 of the storage, zeros where it has none, to the rows of G."""
     for i in range(k0, stop):
@@ -88,7 +88,7 @@ def _take(a, diagonal, first, k0, k1, stop, G):
                 G[k - k0, i - k0] = a[base + k]
 
 
-@kernel
+@internal
 def _put(a, diagonal, first, k0, k1, stop, L):
     """Rows of L to the columns k0 to k1 of the storage, below the diagonal."""
     for i in range(k0, stop):
@@ -101,7 +101,7 @@ def _put(a, diagonal, first, k0, k1, stop, L):
                 a[base + k] = L[k - k0, i - k0]
 
 
-@kernel
+@internal
 def _eliminate(G, L, size, rows):
     """G and L of one panel; its ``Pivots``."""
     width = G.shape[1]
@@ -129,7 +129,7 @@ def _eliminate(G, L, size, rows):
     return Pivots(negative, DONE)
 
 
-@kernel
+@internal
 def _subtract(a, start, i, G, L, part):
     """``a_ij -= sum_k g_ik L_jk`` of a row, the i-th behind a full panel, that starts at ``start``
     in the storage: full lanes, then the entries up to the diagonal."""
@@ -148,7 +148,7 @@ def _subtract(a, start, i, G, L, part):
         a[start + j + k] -= part[k]
 
 
-@kernel
+@internal
 def _sum(part):
     """Sum of the lanes in ``part``, in pairs; WIDTH is a power of two."""
     size = WIDTH

@@ -5,10 +5,10 @@ stored, at the same places (see ``arguments.Storage``).
 """
 
 
-from .jit import kernel
+from .jit import internal
 
 
-@kernel
+@internal
 def add_cell(dofs, storage, nodes, cell, k, values, skew):
     """Add the matrix ``k`` (n, 3, n, 3) between the translations of n nodes; ``cell`` is their row
     in the offsets.  Held dofs are skipped; an empty ``skew`` takes no part."""

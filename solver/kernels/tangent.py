@@ -75,7 +75,7 @@ def tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
     _normals(k_b, n_rot, work.D, ke)
 
 
-@kernel
+@internal
 def _local_stiffness(B, e, Q, k_b, k_m):
     """Translations of k_L, Eq. (69): ``B^T B + sum_s e_s Q_s``, and bending and shear on w."""
     for i in range(9):
@@ -92,7 +92,7 @@ def _local_stiffness(B, e, Q, k_b, k_m):
             k_m[3 * k + 2, 3 * j + 2] += w_w
 
 
-@kernel
+@internal
 def _bending_by_rotation(k_b, yl, r, P_b):
     """``P_b = k_b S``, but for its w-w block, which is in k_m."""
     for i in range(11):
@@ -108,7 +108,7 @@ def _bending_by_rotation(k_b, yl, r, P_b):
                 P_b[i, 1] += k_b[i, k] * yl[k, 0]
 
 
-@kernel
+@internal
 def _membrane_by_rotation(k_m, yl, P_b, P_x):
     """``P_x = k_m S``, and the rows of w in P_b."""
     for i in range(9):
@@ -123,7 +123,7 @@ def _membrane_by_rotation(k_m, yl, P_b, P_x):
             P_x[3 * k + 2, c] += P_b[k, c]
 
 
-@kernel
+@internal
 def _rotation_by_rotation(P_x, P_b, yl, r, E):
     """``E = S^T k_L S``"""
     for c in range(3):
@@ -138,7 +138,7 @@ def _rotation_by_rotation(P_x, P_b, yl, r, E):
             E[2, c] += r[j, 1] * P_b[3 + 2 * j, c] - r[j, 0] * P_b[4 + 2 * j, c]
 
 
-@kernel
+@internal
 def _less_turned_forces(f, g, P_b, P_x, P_p):
     """``P = k_L S - F``: forces f and couples g turn with the frame; P_p from P_b."""
     for k in range(3):
@@ -159,7 +159,7 @@ def _less_turned_forces(f, g, P_b, P_x, P_p):
         P_p[j, 2, 2] = 0.0
 
 
-@kernel
+@internal
 def _frame_stiffness(diagonals, yl, r, f, g, E, C):
     """Second-order part of the frame on ``(v_13, v_24)``: ``C = G^T (Y + S^T k_L S) G + H``.
 
@@ -188,7 +188,7 @@ def _frame_stiffness(diagonals, yl, r, f, g, E, C):
         C[5, col] = d2z + px * g2y - py * g2x - g2z * stretch2 + twist2 * beta
 
 
-@kernel
+@internal
 def _add_turned_moments(yl, r, f, g, E):
     """``E += Y = sum y f^T + r g^T - (y . f + r . g) 1``"""
     trace = 0.0
@@ -206,7 +206,7 @@ def _add_turned_moments(yl, r, f, g, E):
         E[c, c] -= trace
 
 
-@kernel
+@internal
 def _diagonal_change(diagonals, col):
     """What a unit change of component ``col`` of (v_13, v_24) does to the frame.
 
@@ -232,7 +232,7 @@ def _diagonal_change(diagonals, col):
     return px, py, pz, stretch1, stretch2, beta
 
 
-@kernel
+@internal
 def _add_frame(diagonals, work):
     """``k_m += P G + (P G)^T + C``, with v_13 = y_3 and v_24 = y_4 - y_2."""
     a, b, L1, L2 = diagonals
@@ -265,7 +265,7 @@ def _add_frame(diagonals, work):
             k_m[6 + c, 6 + d] += C[3 + c, 3 + d]
 
 
-@kernel
+@internal
 def _rotate_translations(R, k_m, block, ke):
     """``R^T k R`` of nodes 2..4; node 1 from translation invariance."""
     for c in range(3):
@@ -294,7 +294,7 @@ def _rotate_translations(R, k_m, block, ke):
                 ke[c, d] -= ke[6 * k + 6 + c, d]
 
 
-@kernel
+@internal
 def _couple_normals(R, diagonals, k_b, A, n_rot, P_p, D, ke):
     """Rows of the normals and columns of the translations: k_b and P_p G with ``D_j = R A_j``."""
     for j in range(4):
@@ -321,7 +321,7 @@ def _couple_normals(R, diagonals, k_b, A, n_rot, P_p, D, ke):
                 ke[max(col, 18 + c), min(col, 18 + c)] = entry_4
 
 
-@kernel
+@internal
 def _normals(k_b, n_rot, D, ke):
     """``D_i^T k_b D_j`` of the normals."""
     for i in range(4):

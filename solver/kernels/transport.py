@@ -10,11 +10,11 @@ of the normal (or to the spin of a junction) and P maps turned ones to the prese
 import numpy as np
 
 from . import element
-from .jit import inlined, kernel
+from .jit import inlined, internal, kernel
 from .junctions import frame_of, spins
 
 
-@kernel
+@internal
 def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, variables):
     """Axes of an element beside node i (rows), and the maps from rates of its variables to those
     of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""

@@ -3,7 +3,7 @@
 
 from . import element
 from .assembly import gather_positions, gather_strains, gather_vertices, members, put_rows
-from .jit import kernel
+from .jit import internal, kernel
 from .lanes import lanes, new, pair
 
 
@@ -67,7 +67,7 @@ def predict_strains(elements, nodes, motion, start, correction, predicted):
         put_rows(e_, first, count, predicted.e)
 
 
-@kernel
+@internal
 def _gather_correction(nodes, A1, quads, directors, correction, dy_, dp_):
     """Changes of the relative positions and, ``A1 dn``, of the normals of a group."""
     start, n_rot = nodes.start, nodes.n_rot
@@ -84,7 +84,7 @@ def _gather_correction(nodes, A1, quads, directors, correction, dy_, dp_):
                     dp_[i, c, v] += A1[directors[v, i], c, k] * correction[rates + k]
 
 
-@kernel
+@internal
 def _change_variables(R, yl, r, diagonals, d, dp, dt, b):
     """``T du``, Eq. (45): ``dt = R dy + yl x phi``, and the same for the normals; added to b."""
     dy = dt
@@ -106,7 +106,7 @@ def _change_variables(R, yl, r, diagonals, d, dp, dt, b):
                          + (r[i, 2] * phi[0] - r[i, 0] * phi[2]))
 
 
-@kernel
+@internal
 def _change_measures(l, Q, t, dt, e):
     """``e_s += B_s dt``, Eq. (16)"""
     for s in range(e.shape[0]):

@@ -2,7 +2,7 @@
 
 import math
 
-from .jit import kernel
+from .jit import internal, kernel
 
 
 @kernel
@@ -25,7 +25,7 @@ def along(p, triad, k):
     return p[0] * triad[k, 0] + p[1] * triad[k, 1] + p[2] * triad[k, 2]
 
 
-@kernel
+@internal
 def rotate(angle, axis, v):
     """Rotate ``v`` by ``angle`` about the unit vector ``axis`` (Rodrigues)."""
     side_x = axis[1] * v[2] - axis[2] * v[1]
