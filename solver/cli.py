@@ -125,7 +125,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     """
     from .compilation import warm_up
     from .dynamics.simulation import simulate
-    from .input.files import find_model, installed_models, read_model
+    from .input.files import find_model, read_model
     from .results.files import writable_path
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
@@ -137,7 +137,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     settings = _settings(options, definition.defaults)
     elements = definition.defaults.elements if elements is None else elements
     shell = definition.model(elements, membrane=membrane)
-    case = model if model in installed_models() else os.path.basename(model)
+    case = os.path.basename(model)  # of a benchmark its name
     if not as_json:
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")

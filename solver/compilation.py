@@ -74,11 +74,11 @@ def _compile_others():
 
 def compile_assembly():
     """Compile the kernel that assembles; prints where its files are."""
-    system, model = System(_plate()), _plate()
-    n_dof = system.numbering.n_dof
-    state = blank_state(model.nodes, n_dof)
-    system.assemble(state, blank_place(system.elements, len(model.normals)), Scheme().midpoint(DT),
-                    zeros(n_dof), system.loads(0.0))
+    system = System(_plate())
+    model, n_dof = system.model, system.numbering.n_dof
+    place = blank_place(system.elements, len(model.normals))
+    system.assemble(blank_state(model.nodes, n_dof), place, Scheme().midpoint(DT), zeros(n_dof),
+                    system.loads(0.0))
     print(_folder())
 
 

@@ -135,7 +135,7 @@ class Equilibrium:
             SingularMatrix: the shell is a mechanism, or at a limit point.
         """
         system = self.system
-        self.assemble(factor)
+        self.assemble(factor, tangent=stiffness_at is None)
         residual = system.residual.balance.copy()
         if np.any(pushed):
             fraction = PUSH * system.model.size / np.abs(pushed).max()

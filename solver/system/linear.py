@@ -160,9 +160,7 @@ class SuperLU:
         self.storages, lower = sparse_storages(numbering)
         self.storage, self.skew = self.storages[0], NO_SKEW
         self.values = np.zeros(lower.nnz)
-        lower.data[:] = np.arange(1.0, lower.nnz + 1.0)
-        self._matrix = csc_array(lower + triu(lower.T, 1))
-        self._source = self._matrix.data.astype(np.int64) - 1
+        self._matrix, self._source, _ = _mirrored(lower)
         self._factor = None
 
     def matrix(self):
@@ -187,10 +185,7 @@ class UnsymmetricLU:
         self.storages, lower = sparse_storages(numbering)
         self.storage = self.storages[0]
         self.values, self.skew = np.zeros((2, lower.nnz))
-        lower.data[:] = np.arange(1.0, lower.nnz + 1.0)
-        self._matrix = csc_array(lower - triu(lower.T, 1))
-        self._source = np.abs(self._matrix.data).astype(np.int64) - 1
-        self._sign = np.sign(self._matrix.data)
+        self._matrix, self._source, self._sign = _mirrored(lower)
         self._factor = None
 
     def matrix(self):
@@ -290,6 +285,14 @@ def _block_offsets(cell, lookup):
         for j in range(k):
             offset[:, i, j] = np.asarray(lookup[cell[:, i], cell[:, j]]).ravel() - 1
     return offset
+
+
+def _mirrored(lower):
+    """The full matrix of a lower triangle, of each entry the place in its values, and -1 where it
+    stands above the diagonal."""
+    lower.data[:] = np.arange(1.0, lower.nnz + 1.0)
+    matrix = csc_array(lower - triu(lower.T, 1))
+    return matrix, np.abs(matrix.data).astype(np.int64) - 1, np.sign(matrix.data)
 
 
 def _superlu(matrix):
