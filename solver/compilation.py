@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from filelock import FileLock, Timeout
 from numpy import zeros
 
+from .dynamics.kept_matrix import KeptMatrix
 from .dynamics.scheme import Scheme
 from .dynamics.settings import Settings
 from .dynamics.simulation import simulate
@@ -23,6 +24,7 @@ from .model.loads import NodalLoad, TimeFunction
 from .model.model import Model
 from .runtime.process import child_environment
 from .runtime.provenance import usable_cores
+from .system.linear import make_solver
 from .system.state import blank_place, blank_state
 from .system.system import System
 
@@ -60,16 +62,27 @@ def warm_up():
 
 
 def _compile_others():
-    """Compile most of what does not assemble."""
-    system = System(_plate())
-    coordinates, correction = system.coordinates, zeros(system.numbering.n_dof)
+    """Compile what does not assemble."""
+    system, scheme = System(_plate()), Scheme()
+    coordinates, zero = system.coordinates, zeros(system.numbering.n_dof)
     state = coordinates.initial_state(system.model)
     place = system.observe(state)
+    for name in ("dense", "skyline"):
+        system.solver = make_solver(name, system.numbering)
+        system.solver.values[system.solver.storage.diagonal] = 1.0
+        system.factorize()
+        system.solver.solve(zero)
+    kept, step = KeptMatrix(system), scheme.midpoint(DT)
+    kept.made(step, state, place)
+    kept.carry(state, place)
+    kept.solve(zero)
+    system.inside(state, step, zero)
+    coordinates.accept(state, scheme.end(DT), zero)
     coordinates.renew(state, DT)
-    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, place.start,
-                            correction, system.predictions())
-    coordinates.largest_turn(place.start, correction)
-    coordinates.correct(state, place.start, correction)
+    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, place.start, zero,
+                            system.predictions())
+    coordinates.largest_turn(place.start, zero)
+    coordinates.correct(state, place.start, zero)
 
 
 def compile_assembly():

@@ -308,7 +308,10 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             if predicted.used:
                 gather_rows(predicted.b, first, count, b_)
                 gather_rows(predicted.e, first, count, e_)
-                b[:], e[:] = b_0, e_0
+                for k in range(11):
+                    b[k] = b_0[k]
+                for s in range(n_s):
+                    e[s] = e_0[s]
                 element.local_forces(l, Q, k_b, t, b, e, B, f, g)
                 _couples(R, g, f_p)
                 _add(1.0, f_p_, directors, ends_p[0])
@@ -334,7 +337,8 @@ def reduce(dofs, chart, averaged, p_start, loads, residual, work):
     balance, unmasked, applied = residual
     fixed, moments = dofs.fixed, loads.moments
     couple = np.empty(3)
-    applied[:] = loads.forces
+    for k in range(fixed.shape[0]):
+        applied[k] = loads.forces[k]
     for i in range(start.shape[0]):
         for c in range(3):
             unmasked[start[i] + c] = applied[start[i] + c] - force_x[i, c]

@@ -12,7 +12,7 @@ import numpy as np
 
 from .charts import CHART_LIMIT, EARLIEST, SWITCH_RATIO, choose_triad, empty
 from .jit import internal, kernel
-from .vectors import cross, dot
+from .vectors import copy, cross, dot, largest
 
 
 @kernel
@@ -93,7 +93,7 @@ def frame_of(body, d, p, e):
     """Nodal frame of a junction from its first two directors ``p[d], p[d + 1]``."""
     a, b = np.empty((3, 3)), np.empty((3, 3))
     for first, second, target in ((body[d], body[d + 1], a), (p[d], p[d + 1], b)):
-        target[0] = first
+        copy(first, target[0])
         cross(first, second, target[2])
         size = math.sqrt(dot(target[2], target[2]))
         for c in range(3):
@@ -140,21 +140,24 @@ def choose_junction_triad(e, ahead, old, follow, triad):
     """
     if follow and not empty(old):
         if dot(e[1], ahead[1]) > EARLIEST and dot(e[2], ahead[2]) > EARLIEST:
-            triad[0], triad[1], triad[2] = ahead[0], ahead[2], ahead[1]
+            copy(ahead[0], triad[0])
+            copy(ahead[2], triad[1])
+            copy(ahead[1], triad[2])
             return True
         ahead = e
     choose_triad(e[1], ahead[1], old, -1, False, triad)
     same = True
     for c in range(3):
         same = same and triad[2, c] == old[2, c]
-    one, two = np.argmax(np.abs(triad[0])), np.argmax(np.abs(triad[1]))
+    one, two = largest(triad[0]), largest(triad[1])
     ratio = SWITCH_RATIO if same else 1.0
     if abs(ahead[2, one]) > ratio * abs(ahead[2, two]):
         one, two = two, one
         same = False
     if same:
         return False
-    triad[0], triad[1] = 0.0, 0.0
+    for c in range(3):
+        triad[0, c] = triad[1, c] = 0.0
     triad[0, one] = triad[1, two] = 1.0
     if dot(e[2], triad[1]) * dot(e[1], triad[2]) < dot(e[2], triad[2]) * dot(e[1], triad[1]):
         triad[1, two] = -1.0

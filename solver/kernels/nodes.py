@@ -30,7 +30,7 @@ from .junctions import (
     spins,
     swing,
 )
-from .vectors import cross, dot, orthonormal, rotate
+from .vectors import copy_frame, cross, dot, orthonormal, rotate
 
 
 class Frame(NamedTuple):
@@ -375,7 +375,7 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
             changed = _switch_junction(chart[i], follow, dt, variables[i], x_dot, x_ddot, new,
                                        frame, e_ahead, p, rate, second)
         if changed:
-            chart[i] = new
+            copy_frame(new, chart[i])
             switched += 0 if follow else 1
     return switched
 
@@ -439,7 +439,7 @@ def _turn_junction(nodes, i, correction, x, triad, p):
         rotate(angle, turn, frame.e[2])
         orthonormal(frame.e)
     choose_junction_triad(frame.e, frame.e, triad, False, new)
-    triad[:] = new
+    copy_frame(new, triad)
     set_junction(frame.e, none, new, x, rates)
     for d in range(nodes.first[i], nodes.first[i + 1]):
         carry(frame.e, nodes.body[d], p[d])
@@ -466,7 +466,7 @@ def _turn_smooth(kept, correction, x, triad, p, A1):
     for c in range(3):
         p[c] = held if c == kept else scale * p[c]
     choose_triad(p, p, triad, kept, False, new)
-    triad[:] = new
+    copy_frame(new, triad)
     x[0], x[1] = dot(p, new[0]), dot(p, new[1])
 
 

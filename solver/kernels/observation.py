@@ -104,7 +104,8 @@ def _momentum_scales(nodal_mass, x, v):
         total += nodal_mass[i]
         for c in range(3):
             centre[c] += nodal_mass[i] * x[i, c]
-    centre /= total
+    for c in range(3):
+        centre[c] /= total
     linear, angular = 0.0, 0.0
     for i in range(x.shape[0]):
         speed, arm = 0.0, 0.0

@@ -19,6 +19,31 @@ def cross(a, b, c):
     c[2] = a[0] * b[1] - a[1] * b[0]
 
 
+@internal
+def copy(a, b):
+    """b = a; an assignment of slices would take a second to compile."""
+    for c in range(3):
+        b[c] = a[c]
+
+
+@internal
+def copy_frame(a, b):
+    """b = a, (3, 3) each."""
+    for row in range(3):
+        for c in range(3):
+            b[row, c] = a[row, c]
+
+
+@internal
+def largest(v):
+    """Index of the largest component by magnitude, the first of equals."""
+    best = 0
+    for c in range(1, 3):
+        if abs(v[c]) > abs(v[best]):
+            best = c
+    return best
+
+
 @kernel
 def along(p, triad, k):
     """p . t_k; a slice ``triad[k]`` would be counted as a reference, which takes longer."""
