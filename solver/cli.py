@@ -8,6 +8,7 @@ import json
 import math
 import os
 import sys
+import warnings
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
 
@@ -19,9 +20,6 @@ from .fields import called
 WRONG_INPUT = 2
 FAILED = 1
 INTERRUPTED = 130
-
-WORRYING_DRIFT = 0.01
-"""Relative energy drift in free flight from which a run with rho_inf = 1 is warned of."""
 
 
 class _Commands(click.Group):
@@ -57,6 +55,7 @@ def cli():
 
 def main():
     """Entry point: errors of the user are one line on standard error and exit status 2."""
+    warnings.showwarning = _tell
     try:
         cli.main(standalone_mode=False)
         if sys.stdout is not None:
@@ -76,6 +75,11 @@ def main():
         sys.exit(FAILED)
     except OSError as error:
         _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
+
+
+def _tell(message, category, filename, lineno, file=None, line=None):
+    """A warning as one line."""
+    click.echo(f"corovec: warning: {message}", err=True)
 
 
 def _in_options(message):
@@ -157,9 +161,6 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
            **asdict(settings), "solver": result.solver,
            **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
-    if settings.scheme.rho_inf == 1.0 and result.drift and result.drift.energy > WORRYING_DRIFT:
-        click.echo(f"corovec: warning: the energy changed by {100 * result.drift.energy:.2g} % in "
-                   "free flight: take a smaller dt, or a smaller tolerance", err=True)
 
 
 def _settings_options():

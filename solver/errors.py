@@ -1,4 +1,5 @@
-"""Errors that a user can cause; each message is one line that names the thing and its place."""
+"""Errors that a user can cause, and a warning; each message is one line that names the thing and
+its place."""
 
 
 class InputError(ValueError):
@@ -12,3 +13,7 @@ class StepError(RuntimeError):
 
 class ResultFileError(Exception):
     """A result file cannot be written, read or resumed."""
+
+
+class AccuracyWarning(UserWarning):
+    """Results are there, but have fewer correct digits than they show."""

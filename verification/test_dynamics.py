@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from corovec import (
+    AccuracyWarning,
     Model,
     Newton,
     NodalLoad,
@@ -227,7 +228,8 @@ def test_halved_steps_are_as_good_as_small_ones():
     """A run whose steps are halved again and again lands between its own dt and half of it."""
     model = load_case("l-plate").model(30)
     strict = Newton(max_iterations=4, tolerance=1e-12)
-    forced = simulate(model, Settings(dt=4e-2, end_time=1.2, newton=strict))
+    with pytest.warns(AccuracyWarning, match="halvings in 30 steps"):
+        forced = simulate(model, Settings(dt=4e-2, end_time=1.2, newton=strict))
     assert forced.history["halvings"].sum() > 10
     whole = simulate(model, Settings(dt=4e-2, end_time=1.2))
     fine = simulate(model, Settings(dt=5e-3, end_time=1.2))

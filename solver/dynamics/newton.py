@@ -6,6 +6,8 @@ import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ..kernels.arguments import Factors
 from ..system.failure import NotConverged
 from ..system.linear import NOT_TOLD
@@ -14,6 +16,10 @@ from ..system.state import Place, State
 
 MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
+
+REST = 4.0
+"""Times the kinetic energy: the work that undoes a start at rest, where the velocities are those of
+a rigid motion.  A start with the rates that takes more to undo is left for one at rest."""
 
 KEPT_TOLERANCE = 1e-12
 """A kept matrix goes on until the work ratio to be expected after the last correction is this times
@@ -72,6 +78,10 @@ class StepRecord:
             self.indefinite += 1
 
 
+class RatesMislead(NotConverged):
+    """The increment is sought from a start at rest instead."""
+
+
 class Problem(NamedTuple):
     """The equations of one step.
 
@@ -104,39 +114,53 @@ class Iteration:
         self.system, self.kept = system, kept
         self.seconds = Seconds()
 
-    def solve(self, problem, rule, record):
+    def solve(self, problem, rule, record, *, at_rest=False):
         """The increment of a step.
+
+        It starts from dt U_dot or, ``at_rest``, from no increment at all.  Membrane vibrations far
+        faster than the step are never damped; their rates say nothing of what comes, but undoing
+        dt times them may take many times the energy of the motion, and then it is by that work that
+        Eq. (67) would measure when to end.
 
         Args:
             problem: ``Problem``.
             rule: ``Newton``.
             record: ``StepRecord``, added to.
+            at_rest: see above.
 
         Returns:
             (n_dof,) increment.
 
         Raises:
-            NotConverged: the reason why there is none.
+            RatesMislead: the first correction does more work than one from a start at rest.
+            NotConverged: the reason why there is no increment.
         """
         system, kept = self.system, self.kept
         new = not (rule.keep and kept.serves(problem.step))
         if not new:
             kept.carry(problem.state, problem.place)
-        floor = system.roundoff_work(problem.place.observed.kinetic)
-        correction = delta = problem.dt * problem.state.velocity
+        kinetic = problem.place.observed.kinetic
+        floor = system.roundoff_work(kinetic)
+        correction = delta = problem.dt * (0.0 if at_rest else 1.0) * problem.state.velocity
         first = last = 0.0
-        made = 0
-        for k in range(1, rule.max_iterations + 1):
+        made = -1
+        first_number = 0 if at_rest else 1
+        for k in range(first_number, first_number + rule.max_iterations):
             delta = self._assemble(problem, delta, correction, new)
             if new:
                 self._factorize(problem, rule.keep, record)
                 made = k
             correction, work = self._correct()
             record.iterations += 1
-            first = work if k == 1 else first
+            if k == 1 and not at_rest and work > REST * kinetic + floor and np.any(delta):
+                raise RatesMislead(f"the rates take {work:.3g} J to undo")
+            if first == 0.0:
+                first = work
+            elif k == 1:  # the start at rest was a prediction
+                first = min(first, max(work, rule.tolerance * first))
             record.work_ratio = work / first if first > 0.0 else 0.0
             left = work / last if last > 0.0 else 1.0
-            if left > 1.0 and made == 0:
+            if left > 1.0 and made < 0:
                 raise NotConverged("the matrix of an earlier step does not serve any more")
             delta = delta + correction
             wanted = _wanted(rule) * first

@@ -13,6 +13,7 @@ from ..results.recorder import Recorder
 from ..runtime.provenance import describe
 from ..system.failure import told
 from ..system.system import System
+from .balance import review
 from .newton import StepRecord
 from .result import HISTORY, Result
 from .settings import Settings
@@ -39,6 +40,9 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
 
     Returns:
         ``Result``.
+
+    Warns:
+        AccuracyWarning: energy and work of the loads drift apart, or many steps are halved.
 
     Raises:
         InputError: a wrong parameter; nothing has been computed.
@@ -77,6 +81,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
             progress(step, settings.n_steps, run.history[step])
     seconds = stepper.iteration.seconds
     seconds.total = time.perf_counter() - clock
+    review(settings.scheme, run.history)
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   model.unloaded_at, bool(model.supports), system.solver.name, seconds, settings)
 

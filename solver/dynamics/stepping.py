@@ -2,8 +2,10 @@
 
 from ..errors import StepError
 from ..system.failure import NotConverged
+from ..system.state import blank_state
+from . import balance
 from .kept_matrix import KeptMatrix
-from .newton import Iteration, Problem
+from .newton import Iteration, Problem, RatesMislead
 
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
@@ -22,6 +24,7 @@ class Stepper:
         self.system, self._scheme, self._rule = system, scheme, rule
         self.iteration = Iteration(system, KeptMatrix(system))
         self._factors = {}
+        self._before = blank_state(system.model.nodes, system.numbering.n_dof)
 
     def forget(self):
         """Drop what is kept between steps, so that the next one depends on its state alone."""
@@ -39,7 +42,8 @@ class Stepper:
             depth: how often the step has been halved.
 
         Raises:
-            StepError: the step did not converge although halved ``MAX_HALVINGS`` times.
+            StepError: the step did not converge although halved ``MAX_HALVINGS`` times, or energy
+                and work have drifted apart.
         """
         scheme = self._scheme
         loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt)
@@ -48,7 +52,7 @@ class Stepper:
         problem = Problem(state, place, self._factors[dt][0], dt, loads,
                           scheme.transformation == "average")
         try:
-            delta = self._solve(problem, record)
+            self._accept(problem, time, self._solve(problem, record), record)
         except NotConverged as failure:
             if depth == MAX_HALVINGS:
                 raise StepError(f"no convergence at t = {time:.9g} s with dt = {dt:.3g} s: "
@@ -57,27 +61,44 @@ class Stepper:
             half = 0.5 * dt
             self.advance(state, place, time, half, record, depth + 1)
             self.advance(state, place, time + half, half, record, depth + 1)
-            return
-        self._accept(problem, time, delta, record)
 
     def _solve(self, problem, record):
-        """The increment, with a new matrix in every iteration where a kept one does not serve."""
-        if self._rule.keep:
+        """The increment: from the rates, from a start at rest, with a new matrix each time."""
+        solve, rule = self.iteration.solve, self._rule
+        try:
+            return solve(problem, rule, record)
+        except RatesMislead:
             try:
-                return self.iteration.solve(problem, self._rule, record)
+                return solve(problem, rule, record, at_rest=True)
             except NotConverged:
                 pass
-        return self.iteration.solve(problem, self._rule.full, record)
+        except NotConverged:
+            pass
+        return solve(problem, rule.full, record, at_rest=True)
 
     def _accept(self, problem, time, delta, record):
-        """End of a converged step: new state, work of the loads, new axes."""
-        system, state, dt = self.system, problem.state, problem.dt
-        applied = problem.loads.dead.forces
-        if self._scheme.alpha_f != 0.5:
-            applied = system.loads(time + 0.5 * dt).dead.forces
-        if not system.all_dead:
-            applied = applied + system.residual.applied - problem.loads.dead.forces
-        system.coordinates.accept(state, self._factors[dt][1], delta)
-        state.external_work += float(applied @ delta)
-        record.switches += system.coordinates.renew(state, dt)
-        system.observe(state, problem.place)
+        """End of a converged step: new state, work of the loads, new axes.
+
+        Raises:
+            NotConverged: energy came from nothing; the state is as it was.
+        """
+        system, state, place, dt = self.system, problem.state, problem.place, problem.dt
+        applied = problem.loads.dead.forces if system.all_dead else system.residual.applied
+        scheme_work = work = float(applied @ delta)
+        if self._scheme.alpha_f != 0.5:  # the loads at the middle are nearer to their mean
+            middle = system.loads(time + 0.5 * dt).dead.forces
+            work += float((middle - problem.loads.dead.forces) @ delta)
+        before = place.observed.energy
+        self._before.take(state)
+        try:
+            system.coordinates.accept(state, self._factors[dt][1], delta)
+            switches = system.coordinates.renew(state, dt)
+            system.observe(state, place)
+            state.external_work += work
+            balance.settle(self._scheme, state, time + dt, before, place.observed.energy,
+                           scheme_work)
+        except NotConverged:
+            state.take(self._before)
+            system.observe(state, place)
+            raise
+        record.switches += switches

@@ -288,6 +288,11 @@ class Observation(NamedTuple):
     momentum_scale: float
     angular_scale: float
 
+    @property
+    def energy(self):
+        """Kinetic plus strain energy [J]."""
+        return self.kinetic + self.strain
+
 
 class Pivots(NamedTuple):
     """What a factorization L D L^T met.

@@ -15,10 +15,14 @@ class State:
         motion: ``arguments.Motion``; its arrays are also attributes of the state, to be changed in
             place.
         external_work: work of the loads since t = 0 [J].
+        peak: largest energy of the shell or work of its loads so far [J].
+        missed: energy since t = 0 that is not work of the loads [J].
     """
 
     motion: Motion
     external_work: float = 0.0
+    peak: float = 0.0
+    missed: float = 0.0
 
     x = property(lambda self: self.motion.x)
     x_low = property(lambda self: self.motion.x_low)
@@ -29,7 +33,8 @@ class State:
 
     def pack(self):
         """All numbers of the state as one float64 vector."""
-        return np.concatenate([*(array.ravel() for array in self.motion), [self.external_work]])
+        return np.concatenate([*(array.ravel() for array in self.motion),
+                               [self.external_work, self.peak, self.missed]])
 
     def unpack(self, packed):
         """Take over the numbers of ``pack``."""
@@ -37,7 +42,14 @@ class State:
         for array in self.motion:
             array[...] = packed[at:at + array.size].reshape(array.shape)
             at += array.size
-        self.external_work = float(packed[at])
+        self.external_work, self.peak, self.missed = (float(value) for value in packed[at:])
+
+    def take(self, other):
+        """Become as another state of the same model."""
+        for own, given in zip(self.motion, other.motion):
+            np.copyto(own, given)
+        self.external_work = other.external_work
+        self.peak, self.missed = other.peak, other.missed
 
 
 @dataclass

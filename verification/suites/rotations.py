@@ -1,8 +1,10 @@
 """Large rotations: free elements that spin and tumble for thousands of turns."""
 
+from warnings import catch_warnings, simplefilter
+
 import numpy as np
 
-from corovec import Newton, Scheme, Settings, StepError, simulate
+from corovec import AccuracyWarning, Newton, Scheme, Settings, StepError, simulate
 
 from ..case import Case, Row, small
 from ..models import rectangle, spinning
@@ -52,7 +54,9 @@ def turns_until_lost(most=100):
     """Turns about the space diagonal with the paper's global axes until the run is lost."""
     for turns in range(10, most + 1, 10):
         try:
-            drift = spin(AXES["a space diagonal"], turns, axes="global").drift
+            with catch_warnings():
+                simplefilter("ignore", AccuracyWarning)  # what it warns of is asked here
+                drift = spin(AXES["a space diagonal"], turns, axes="global").drift
         except StepError:
             return turns
         if drift.energy > 0.01:

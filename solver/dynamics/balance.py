@@ -1,0 +1,79 @@
+"""The balance of a run: the energy of the shell against the work of its loads."""
+
+import warnings
+
+import numpy as np
+
+from ..errors import AccuracyWarning, StepError
+from ..system.failure import NotConverged
+from .result import total_energy
+
+STEP_SHARE = 0.05
+"""Part of the largest energy so far by which a step of a scheme that conserves may miss the work of
+its loads (measured on the benchmarks, at steps too long by far for anything else: 2e-3)."""
+
+END_SHARE = 0.2
+"""Part of it by which a run may, before it ends."""
+
+RUN_SHARE = 0.01
+"""Part of the largest of a whole run by which a run may, before it is warned of."""
+
+MANY_HALVINGS, FEW_HALVINGS = 0.02, 10
+"""Halvings a step, and at all, from which a run is warned of."""
+
+
+def settle(scheme, state, time, before, after, work):
+    """Compare a step's change of energy with the work of its loads; keeps ``peak`` and ``missed``.
+
+    Args:
+        scheme: ``Scheme``; one that does not conserve energy is not judged.
+        state: ``State`` at its end.
+        time: its end [s].
+        before, after: energies [J].
+        work: of the loads in the step, as the scheme takes them [J].
+
+    Raises:
+        NotConverged: energy came from nothing, or was lost.
+        StepError: so it did, little by little, and now it is much.
+    """
+    missed = after - before - work
+    state.missed += missed
+    state.peak = max(state.peak, before, after, abs(state.external_work))
+    if scheme.name == "newmark":
+        return
+    if not _wrong(scheme, missed) <= STEP_SHARE * state.peak:
+        raise NotConverged(f"the energy changed by {after - before:.3g} J, the loads did "
+                           f"{work:.3g} J of work")
+    if _wrong(scheme, state.missed) > END_SHARE * state.peak:
+        raise StepError(f"until t = {time:.9g} s the energy of the shell, {after:.4g} J, and the "
+                        f"work of its loads, {state.external_work:.4g} J, have drifted apart by "
+                        f"{state.missed:.4g} J: take a smaller dt")
+
+
+def review(scheme, history):
+    """Warn of a run whose energy and work drifted apart, or whose steps were halved often.
+
+    Args:
+        scheme: ``Scheme``.
+        history: its rows.
+    """
+    energy, n_steps = total_energy(history), len(history) - 1
+    work, gained = history["external_work"], energy - energy[0] - history["external_work"]
+    wrong = _wrong(scheme, gained)
+    worst = int(np.argmax(wrong))
+    if wrong[worst] > RUN_SHARE * max(energy.max(), np.abs(work).max()):
+        _tell(f"at t = {history['time'][worst]:.6g} s the energy of the shell has changed by "
+              f"{energy[worst] - energy[0]:.4g} J, the loads did {work[worst]:.4g} J of work: "
+              "take a smaller dt")
+    halvings = int(history["halvings"].sum())
+    if halvings > MANY_HALVINGS * n_steps and halvings >= FEW_HALVINGS:
+        _tell(f"{halvings} halvings in {n_steps} steps: a smaller dt is faster and more accurate")
+
+
+def _wrong(scheme, gained):
+    """What is wrong of an energy gained from nothing: with rho_inf < 1 some is to be lost."""
+    return gained if scheme.rho_inf < 1.0 else np.abs(gained)
+
+
+def _tell(message):
+    warnings.warn(message, AccuracyWarning, stacklevel=3)
