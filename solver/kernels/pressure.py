@@ -90,7 +90,7 @@ def pressure_stiffness(y, pressure, k):
 
 
 @internal
-def _positions(quad, nodes, motion, delta, weight, y):
+def relative_positions(quad, nodes, motion, delta, weight, y):
     """Nodes 2..4 relative to node 1 of an element, ``weight`` of the increment on."""
     first = quad[0]
     for k in range(3):
@@ -106,7 +106,7 @@ def add_pressure_forces(nodes, quads, pressures, motion, delta, weight, forces):
     """Add the forces of pressures (n,) [Pa] on quads (n, 4) to ``forces`` (n_dof,)."""
     y, f = np.empty((3, 3)), np.empty((4, 3))
     for k in range(quads.shape[0]):
-        _positions(quads[k], nodes, motion, delta, weight, y)
+        relative_positions(quads[k], nodes, motion, delta, weight, y)
         pressure_forces(y, pressures[k], f)
         for i in range(4):
             for c in range(3):
@@ -119,6 +119,6 @@ def add_pressure_stiffness(dofs, storage, quads, pressures, motion, delta, step,
     (``skew`` is not empty)."""
     y, k_p = np.empty((3, 3)), np.empty((4, 3, 4, 3))
     for k in range(quads.shape[0]):
-        _positions(quads[k], dofs.nodes, motion, delta, 1.0 - step.alpha_f, y)
+        relative_positions(quads[k], dofs.nodes, motion, delta, 1.0 - step.alpha_f, y)
         pressure_stiffness(y, step.stiffness * pressures[k], k_p)
-        add_cell(dofs, storage, quads[k], k, k_p, values, skew)
+        add_cell(dofs, storage, quads[k], (3, 3, 3, 3), k, k_p, values, skew)

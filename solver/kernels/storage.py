@@ -9,17 +9,17 @@ from .jit import internal
 
 
 @internal
-def add_cell(dofs, storage, nodes, cell, k, values, skew):
-    """Add the matrix ``k`` (n, 3, n, 3) between the translations of n nodes; ``cell`` is their row
-    in the offsets.  Held dofs are skipped; an empty ``skew`` takes no part."""
+def add_cell(dofs, storage, nodes, sizes, cell, k, values, skew):
+    """Add the matrix ``k`` between the first ``sizes`` dofs of n nodes, ``k[i, r, j, c]``; ``cell``
+    is their row in the offsets.  Held dofs are skipped; an empty ``skew`` takes no part."""
     start = dofs.nodes.start
     for i in range(len(nodes)):
         for j in range(len(nodes)):
             row, column = start[nodes[i]], start[nodes[j]]
             if column > row:
                 continue
-            for r in range(3):
-                for c in range(r + 1 if i == j else 3):
+            for r in range(sizes[i]):
+                for c in range(r + 1 if i == j else sizes[j]):
                     if dofs.fixed[row + r] or dofs.fixed[column + c]:
                         continue
                     place = storage.base[row + r] + storage.offset[cell, i, j] + storage.stride * c

@@ -84,8 +84,9 @@ class NodalLoad:
 class NodalMoment:
     """Moment ``moment * history(t)`` [N m] about fixed axes at one node.
 
-    It turns the normal: ``f_n = A1^T (M x p)``.  Its part along the normal does nothing (there is
-    no drilling stiffness).
+    It turns the normal: ``f_n = A1^T (M x p)``.  A smooth node has no rotation about its normal:
+    the part of M along it is carried by a couple of forces on each element around the node, which
+    has exactly this moment (``kernels.couples``).
     """
 
     node: int

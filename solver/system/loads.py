@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import pressure
+from ..kernels import couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.loads import CONSTANT, NodalLoad, NodalMoment, Pressure
 from .state import State
@@ -90,6 +90,46 @@ class FollowerPressure:
             iterate.step, values, skew)
 
 
+class NormalCouples:
+    """Moments about the normals of smooth nodes, shared alike by the elements around them.
+
+    Attributes:
+        cells: (n, 4) nodes of these elements, the one with the moment first.
+    """
+
+    def __init__(self, model):
+        smooth = np.diff(model.directors.first) == 1
+        patterns = {}
+        for load in model.loads:
+            if isinstance(load, NodalMoment) and smooth[load.node]:
+                pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
+                pattern[load.node] += load.moment
+        loaded = np.zeros(len(model.nodes), dtype=bool)
+        for pattern in patterns.values():
+            loaded |= np.any(pattern != 0.0, axis=1)
+        elements, corners = np.nonzero(loaded[model.quads])
+        around = corners[:, None] + np.arange(4)
+        self.cells = np.ascontiguousarray(model.quads[elements[:, None], around % 4])
+        nodes = self.cells[:, 0]
+        shares = 1.0 / np.bincount(nodes, minlength=len(model.nodes))[nodes, None]
+        self._patterns = {history: shares * pattern[nodes]
+                          for history, pattern in patterns.items()}
+
+    def at(self, value):
+        """Moments (n, 3) [N m] with ``value(history)`` for each function of time."""
+        return _total(self._patterns, value, self.cells[:, :3].shape)
+
+    def add_forces(self, dofs, iterate, moments, forces):
+        """Add the forces at an iterate to ``forces`` (n_dof,) [N]."""
+        couples.add_couples(dofs.nodes, self.cells, moments, iterate.state.motion, iterate.delta,
+                            1.0 - iterate.step.alpha_f, forces)
+
+    def add_matrix(self, dofs, iterate, moments, storage, values, skew):
+        """Add their stiffness to the symmetric part and, if there is one, to the skew part."""
+        couples.add_couples_stiffness(dofs, storage, self.cells, moments, iterate.state.motion,
+                                      iterate.delta, iterate.step, values, skew)
+
+
 class Applied(NamedTuple):
     """All loads at one time.
 
@@ -103,9 +143,8 @@ class Applied(NamedTuple):
 
 
 def items(model):
-    """Items of the loads of a model; today ``FollowerPressure``, if any element bears one."""
-    followers = FollowerPressure(model)
-    return [followers] if len(followers.cells) else []
+    """Items of the loads of a model, those that act on any cell."""
+    return [item for item in (FollowerPressure(model), NormalCouples(model)) if len(item.cells)]
 
 
 def at_time(time):
