@@ -22,6 +22,7 @@ from .dynamics.simulation import simulate
 from .kernels import assembly, updates
 from .model.loads import NodalLoad, TimeFunction
 from .model.model import Model
+from .runtime.compiling import announce
 from .runtime.process import child_environment
 from .runtime.provenance import usable_cores
 from .system.linear import make_solver
@@ -51,7 +52,7 @@ def warm_up():
     with _one_at_a_time(folder):
         new = not list(folder.glob(ASSEMBLY))
         if new:
-            _tell("compiling the kernels, about a minute, once")
+            announce()
         if new and usable_cores() > 1:
             with _assembly_beside(folder):
                 _compile_others()

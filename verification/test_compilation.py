@@ -1,5 +1,6 @@
 """Kernels are compiled once, by two processes, and whatever becomes of the second one."""
 
+import os
 import select
 import shutil
 import signal
@@ -137,3 +138,14 @@ def test_the_cache_sees_the_fields_of_all_arguments(tmp_path, monkeypatch):
     assert one + other in text
     (copy / "arguments.py").write_text(text.replace(one + other, other + one), encoding="utf-8")
     assert kernels.cache_folder() != before
+
+
+@pytest.mark.parametrize("reader", [True, False], ids=["terminal", "file"])
+def test_first_kernels_say_that_they_compile(reader, tmp_path):
+    """A process that finds no compiled kernel says so to whoever watches, and to nobody else."""
+    code = (f"import sys, numpy; sys.stderr.isatty = lambda: {reader}; "
+            "from corovec.solver.kernels import vectors; from corovec.solver.system import system; "
+            "vectors.cross(*numpy.zeros((3, 3))); vectors.dot(*numpy.zeros((2, 3)))")
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
+                          env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}).stderr
+    assert told.count("compiling the kernels") == reader

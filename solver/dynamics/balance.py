@@ -1,11 +1,13 @@
 """The balance of a run: the energy of the shell against the work of its loads."""
 
+import math
 import warnings
 
 import numpy as np
 
 from ..errors import AccuracyWarning, StepError
 from ..system.failure import NotConverged
+from ..system.rounding import judge
 from .result import total_energy
 
 STEP_SHARE = 0.05
@@ -50,18 +52,26 @@ def settle(scheme, state, time, before, after, work):
                         f"{state.missed:.4g} J: take a smaller dt")
 
 
-def review(scheme, history):
-    """Warn of a run whose energy and work drifted apart, or whose steps were halved often.
+def review(scheme, history, roundoff):
+    """Warn of a run whose energy and work drifted apart, whose steps were halved often, or whose
+    energy is near rounding error.
 
     Args:
         scheme: ``Scheme``.
         history: its rows.
+        roundoff: energy that rounding of the strains may have [J].
+
+    Raises:
+        StepError: energy is rounding error alone.
     """
     energy, n_steps = total_energy(history), len(history) - 1
     work, gained = history["external_work"], energy - energy[0] - history["external_work"]
     wrong = _wrong(scheme, gained)
-    worst = int(np.argmax(wrong))
-    if wrong[worst] > RUN_SHARE * max(energy.max(), np.abs(work).max()):
+    worst, peak = int(np.argmax(wrong)), max(energy.max(), np.abs(work).max())
+    if peak > 0.0:
+        judge(math.sqrt(roundoff / peak), f"the energy is {peak:.1g} J at most, that of rounded "
+              f"strains {roundoff:.1g} J")
+    if wrong[worst] > RUN_SHARE * peak:
         _tell(f"at t = {history['time'][worst]:.6g} s the energy of the shell has changed by "
               f"{energy[worst] - energy[0]:.4g} J, the loads did {work[worst]:.4g} J of work: "
               "take a smaller dt")

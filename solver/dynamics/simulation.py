@@ -42,7 +42,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ``Result``.
 
     Warns:
-        AccuracyWarning: energy and work of the loads drift apart, or many steps are halved.
+        AccuracyWarning: energy and work of the loads drift apart, many steps are halved, or
+            rounding leaves few digits.
 
     Raises:
         InputError: a wrong parameter; nothing has been computed.
@@ -81,7 +82,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
             progress(step, settings.n_steps, run.history[step])
     seconds = stepper.iteration.seconds
     seconds.total = time.perf_counter() - clock
-    review(settings.scheme, run.history)
+    review(settings.scheme, run.history, system.roundoff_work(0.0))
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   model.unloaded_at, bool(model.supports), system.solver.name, seconds, settings)
 

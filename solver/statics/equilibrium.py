@@ -6,6 +6,8 @@ solvers are those of dynamics.  As the normals are the whole state (no rates to 
 rotational variables may be switched after every iteration.
 """
 
+import math
+
 import numpy as np
 
 from ..checks import instance
@@ -15,6 +17,7 @@ from ..model.loads import CONSTANT
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor
+from ..system.rounding import judge
 from ..system.system import System
 from .held import check_held
 from .settings import StaticSettings
@@ -116,9 +119,16 @@ class Equilibrium:
         return abs(float(self.system.residual.balance @ correction))
 
     def converged(self, k, first):
-        """Whether the k-th correction is the last, compared with the work ``first``."""
-        return k > 1 and self.works[-1] <= max(self.settings.tolerance * first,
-                                               self.system.roundoff_work(0.0))
+        """Whether the k-th correction is the last, compared with the work ``first``.
+
+        Raises:
+            StepError: rounding ends the iteration before any digit is correct.
+        """
+        last = self.works[-1]
+        if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
+            judge(math.sqrt(last / first), "Newton's iteration ends at rounding error alone")
+            return True
+        return k > 1 and last <= self.settings.tolerance * first
 
     def solve_increment(self, pushed, factor, stiffness_at=None):
         """First correction of a step with prescribed displacements: the free dofs follow linearly.

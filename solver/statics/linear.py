@@ -4,14 +4,27 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
+from ..kernels import updates
+from ..kernels.arguments import STATIC
 from ..system.failure import SingularMatrix
+from ..system.loads import at_factor
+from ..system.rounding import EPS, judge
+from ..system.state import Place
 from .equilibrium import Equilibrium
 from .settings import StaticSettings
+
+MOST_REFINEMENTS = 10
+
+LEAST_GAIN = 0.5
+"""Ratio of a correction to the one before from which refinement has done what it can."""
 
 
 @threadpool_limits.wrap(limits=1)
 def solve_linear(model, solver="skyline"):
     """Linear solution K(0) U = F(t = 1) from the initial configuration, K(0) without loads.
+
+    Bending of a shell of length L and thickness h is lost in its matrix as (L/h)^2 times the
+    rounding error.  The strains of the solution lose less, and their forces refine it.
 
     Args:
         model: ``Model`` with supports.
@@ -20,17 +33,49 @@ def solve_linear(model, solver="skyline"):
     Returns:
         (displacement (n_nodes, 3) [m], change of the normals (n_nodes, 3)).
 
+    Warns:
+        AccuracyWarning: few digits are correct.
+
     Raises:
         InputError: the supports leave a rigid motion or a mechanism free.
+        StepError: no digit is correct.
     """
     equilibrium = Equilibrium(model, StaticSettings(solver=solver))
     try:
-        correction = equilibrium.solve_increment(equilibrium.prescribed(1.0), 1.0,
-                                                 stiffness_at=0.0)
+        solution = equilibrium.solve_increment(equilibrium.prescribed(1.0), 1.0, stiffness_at=0.0)
+        _refine(equilibrium, solution)
     except SingularMatrix as error:
         raise InputError(f"the shell is a mechanism: {error}") from None
     nodes, A1 = equilibrium.system.dofs.nodes, equilibrium.place.start.A1
-    displacement = correction[equilibrium.system.translations]
-    change = np.stack([A1[d, :, :n] @ correction[first + 3:first + 3 + n]
+    displacement = solution[equilibrium.system.translations]
+    change = np.stack([A1[d, :, :n] @ solution[first + 3:first + 3 + n]
                        for d, first, n in zip(nodes.first, nodes.start, nodes.n_rot)])
     return displacement, change
+
+
+def _refine(equilibrium, solution):
+    """Iterative refinement, ``U += K^-1 (F - T^T f(T U))``, while it gains."""
+    system, lost = equilibrium.system, [np.inf]
+    size = np.abs(solution[system.translations]).max()
+    while len(lost) <= MOST_REFINEMENTS and size > 0.0:
+        correction = system.solver.solve(_residual(equilibrium, solution))
+        lost.append(np.abs(correction[system.translations]).max() / size)
+        if not lost[-1] < LEAST_GAIN * lost[-2]:
+            break
+        solution += correction
+    if size > 0.0:
+        judge(min(lost), f"the condition of the matrix is about {lost[1] / EPS:.1g}")
+
+
+def _residual(equilibrium, solution):
+    """Forces at free dofs that strains linear in ``solution`` leave, (n_dof,)."""
+    system, state, start = equilibrium.system, equilibrium.state, equilibrium.place.start
+    unstrained = start._replace(b=np.zeros_like(start.b), e=np.zeros_like(start.e))
+    strains = system.predictions()
+    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, unstrained, solution,
+                            strains)
+    # alpha_f = 1: strains, and T, are those of the start of the step
+    system.assemble(state, Place(start._replace(b=strains.b, e=strains.e)),
+                    STATIC._replace(alpha_f=1.0), np.zeros_like(solution),
+                    system.loads_by(at_factor(1.0)), tangent=False)
+    return system.residual.balance

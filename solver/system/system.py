@@ -13,6 +13,7 @@ from ..kernels.arguments import (
 )
 from ..kernels.calls import Call
 from ..model.mesh import vector_areas
+from ..runtime import compiling  # noqa: F401 (it listens)
 from .coordinates import Charts
 from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver

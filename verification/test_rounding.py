@@ -1,0 +1,102 @@
+"""Digits that rounding takes: told, or refused, never lost in silence."""
+
+import numpy as np
+import pytest
+
+from corovec import (
+    AccuracyWarning,
+    Model,
+    NodalLoad,
+    Settings,
+    StepError,
+    Support,
+    TimeFunction,
+    line_load,
+    load_control,
+    simulate,
+    solve_linear,
+)
+from corovec.solver.system.rounding import FEW, NONE, judge
+from corovec.verification.models import rectangle
+
+CLAMPED = ("x", "y", "z", "px", "py", "pz")
+
+
+def film(slenderness, tilt=0.0):
+    """A clamped strip of 20 x 2 m, its thickness a part of its length, turned about Y, under a
+    force across its tip; the tip's mean deflection of it is 0.1 of the length by beam theory."""
+    length, width, thickness = 20.0, 2.0, 20.0 * slenderness
+    strip = rectangle(length, width, (40, 2))
+    root = tuple(int(i) for i in np.flatnonzero(strip.nodes[:, 0] < 1e-9))
+    tip = [int(i) for i in np.flatnonzero(strip.nodes[:, 0] > length - 1e-9)]
+    c, s = np.cos(tilt), np.sin(tilt)
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    nodes = strip.nodes @ turn.T
+    force = 0.3 / length * 1e9 * thickness**3 / 12.0 / length * (turn @ (0.0, 0.0, 1.0))
+    model = Model(nodes, strip.quads, thickness, 1e9, 0.0, 1.0,
+                  loads=line_load(nodes, tip, force), supports=[Support(root, CLAMPED)])
+    return model, lambda displacement: (displacement @ turn)[tip, 2].mean() / (0.1 * length)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.7])
+@pytest.mark.parametrize("slenderness", [1e-4, 1e-5, 1e-6])
+def test_refined_linear_solution_of_a_film(slenderness, tilt):
+    """The matrix alone gives 7 to 10 % of error at h/L = 1e-6; 40 elements have 1.6e-4."""
+    model, deflection = film(slenderness, tilt)
+    assert deflection(solve_linear(model)[0]) == pytest.approx(1.0 - 0.25 / 40**2, rel=1e-6)
+
+
+@pytest.mark.parametrize("slenderness", [1e-7, 1e-8])
+def test_no_digits_are_no_answer(slenderness):
+    model, _ = film(slenderness)
+    with pytest.raises(StepError, match=r"relative error of about .* the condition of the matrix"):
+        solve_linear(model)
+    with pytest.raises(StepError):
+        load_control(model, [1.0])
+
+
+def test_newton_that_ends_at_rounding_is_told():
+    """A load so small that its work is at rounding error: the iteration ends after one correction
+    of a matrix that has lost bending, and says so."""
+    factor = 1e-12
+    model, deflection = film(1e-6)
+    with pytest.warns(AccuracyWarning, match="ends at rounding error"):
+        displacement = load_control(model, [factor]).displacement[-1]
+    assert 1e-3 < abs(deflection(displacement) / factor - 1.0) < 0.2
+    model, deflection = film(1e-3)
+    displacement = load_control(model, [factor]).displacement[-1]
+    assert deflection(displacement) == pytest.approx(factor, rel=2e-4)
+
+
+def test_energies_of_rounding(monkeypatch):
+    """A run whose energy is that of rounded strains is refused, and one ten times as large told."""
+    plate = rectangle(1.0, 1.0, (2, 2))
+
+    def run(force):
+        pulse = TimeFunction((0.0, 0.5, 1.0), (0.0, 1.0, 0.0))
+        model = Model(plate.nodes, plate.quads, 0.1, 1e9, 0.3, 1.0,
+                      loads=[NodalLoad(0, (0.0, 0.0, force), pulse)])
+        return simulate(model, Settings(dt=0.1, end_time=1.0))
+
+    energy = run(1e-3).total_energy[-1]
+    roundoff = (4.0 * np.finfo(float).eps)**2 * 1e8
+    lost = 1e-3 * np.sqrt(roundoff / energy)
+    with pytest.raises(StepError, match="relative error of about"):
+        run(lost)
+    with pytest.warns(AccuracyWarning, match="relative error of about"):
+        run(100.0 * lost)
+    assert run(1e4 * lost).drift is None
+
+
+@pytest.mark.parametrize(("error", "told", "refused"), [
+    (0.5 * FEW, False, False), (2.0 * FEW, True, False), (2.0 * NONE, False, True),
+    (np.nan, False, True)])
+def test_judgement(error, told, refused):
+    if refused:
+        with pytest.raises(StepError, match="of about .*: thin"):
+            judge(error, "thin")
+    elif told:
+        with pytest.warns(AccuracyWarning, match="of about 0.002: thin"):
+            judge(error, "thin")
+    else:
+        judge(error, "thin")
