@@ -8,6 +8,7 @@ import json
 import math
 import os
 import sys
+import warnings
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
 
@@ -56,7 +57,9 @@ def cli():
 
 
 def main():
-    """Entry point: errors of the user are one line on standard error and exit status 2."""
+    """Entry point: errors of the user are one line on standard error and exit status 2, warnings
+    one line."""
+    warnings.formatwarning = lambda message, *_: f"corovec: warning: {message}\n"
     try:
         cli.main(standalone_mode=False)
         if sys.stdout is not None:
@@ -74,6 +77,8 @@ def main():
         _fail("interrupted", INTERRUPTED)
     except BrokenPipeError:
         sys.exit(FAILED)
+    except MemoryError as error:
+        _fail(f"not enough memory: {str(error) or 'none is left'}", FAILED)
     except OSError as error:
         _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
 

@@ -12,3 +12,7 @@ class StepError(RuntimeError):
 
 class ResultFileError(Exception):
     """A result file cannot be written, read or resumed."""
+
+
+class ResultFileWarning(UserWarning):
+    """Something at the end of a result file is damaged, and what was written before it is used."""

@@ -9,12 +9,13 @@ from ..checks import instance, optional
 from ..errors import InputError
 from ..model.model import Model
 from ..results.files import output_path
+from ..results.layout import DYNAMICS
 from ..results.recorder import Recorder
 from ..runtime.provenance import describe
 from ..system.failure import told
 from ..system.system import System
 from .newton import StepRecord
-from .result import HISTORY, Result
+from .result import Result
 from .settings import Settings
 from .stepping import Stepper
 
@@ -87,7 +88,7 @@ class _Run:
     Attributes:
         state: ``State`` reached.
         place: ``Place`` of it.
-        history: rows of all steps, see ``HISTORY``.
+        history: rows of all steps, see ``DYNAMICS``.
         done: step reached when the run starts.
         frame_of_step: number of the frame of each step that has one.
     """
@@ -96,7 +97,7 @@ class _Run:
         self._system, self._settings = system, settings
         self.state = system.initial_state()
         self.place = system.observe(self.state)
-        self.history = np.zeros(settings.n_steps + 1, dtype=HISTORY)
+        self.history = np.zeros(settings.n_steps + 1, dtype=DYNAMICS)
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
@@ -108,7 +109,7 @@ class _Run:
         description = describe(model, settings, self._system.solver.name, case)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
-                                                              self.state)
+                                                              self.state, settings.frame_steps)
             self.history[:self.done + 1] = rows
             self._system.observe(self.state, self.place)
         else:
