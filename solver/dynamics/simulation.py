@@ -11,6 +11,7 @@ from ..model.model import Model
 from ..results.files import output_path
 from ..results.layout import DYNAMICS
 from ..results.recorder import Recorder
+from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..system.failure import told
 from ..system.system import System
@@ -42,7 +43,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ``Result``.
 
     Raises:
-        InputError: a wrong parameter; nothing has been computed.
+        InputError: a wrong parameter, or a history that does not fit into memory; nothing has
+            been computed.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
@@ -56,6 +58,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     if resume and output is None:
         raise InputError("resume needs output, the file to continue")
     output = output_path(output, overwrite, resume)
+    _check_memory(model, settings)
     _check_impulses(model, settings)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case)
@@ -145,6 +148,18 @@ class _Run:
 
 OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}
 """Columns of the history that are called differently in an ``Observation``."""
+
+
+STEP, FRAME = DYNAMICS.itemsize + 40, 250
+"""Bytes that a step takes in memory, with the samples of its loads, and a frame."""
+
+
+def _check_memory(model, settings):
+    """The history of all steps is kept in memory, and where every frame is."""
+    steps, frames = settings.n_steps, settings.n_steps // max(settings.frame_every, 1)
+    check_memory(f"the history of {steps} steps",
+                 steps * STEP + (frames * FRAME if settings.frame_every else 0))
+    check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
 
 
 def _check_impulses(model, settings):
