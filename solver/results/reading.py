@@ -93,10 +93,7 @@ def load(file, path, whole=False):
         fields = {name: values[:n * sizes.fields[name][1][0]] for name, values in fields.items()}
     good = intact(list(zip(file[TIMES][:n], file["frames/checksum"][:n])), plan, history,
                   [(fields[name], shape[0]) for name, (_, shape) in sizes.fields.items()])
-    step, packed = next((slot for slot in slots if _frames(plan, slot[0]) <= good), (None, None))
-    if step is None:
-        raise ValueError(f"frame {good}, or the history up to it, has changed")
-    n = _frames(plan, step)
+    step, packed, n = _newest_good(slots, plan, good)
     if frames_shown(file) > n:
         warnings.warn(f"{path}: what follows step {step} is damaged or incomplete; that step is "
                       "the newest good checkpoint", ResultFileWarning, stacklevel=4)
@@ -152,6 +149,16 @@ def _frames(plan, step):
     if plan[n - 1] != step:
         raise ValueError(f"its checkpoint is at step {step}, which has no frame")
     return n
+
+
+def _newest_good(slots, plan, good):
+    """(step, packed vector, frames up to there) of the newest slot all of whose frames, the first
+    ``good`` ones, are as they were written."""
+    for step, packed in slots:
+        n = _frames(plan, step)
+        if n <= good:
+            return step, packed, n
+    raise ValueError(f"frame {good}, or the history up to it, has changed")
 
 
 def _history(file, sizes, step):
