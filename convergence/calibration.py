@@ -6,7 +6,7 @@ conservation and symmetry.
 
 import numpy as np
 
-from corovec import InputError, Settings, simulate
+from corovec import InputError, Settings, simulate, warm_up
 from corovec.benchmarks import load_case
 from corovec.solver.checks import number
 from corovec.solver.dynamics.result import unloaded_row
@@ -64,6 +64,7 @@ def calibrate(case, elements, *, dt=None, progress=None):
             progress(factor, found)
         return found
 
+    warm_up()
     factor, found = find_factor(energy, target)
     change = energy(factor, 0.5 * dt) / found - 1.0
     if abs(change) > LARGEST_DT_CHANGE:

@@ -18,7 +18,7 @@ import numpy as np
 
 from corovec import InputError, ResultFileError, read, simulate, warm_up
 from corovec.solver.checks import optional, shown
-from corovec.solver.results.files import writable_folder
+from corovec.solver.results.files import replacing, writable_folder
 from corovec.solver.runtime.execution import complete, failure, processes
 
 from .run import Run, as_run, code_version
@@ -132,9 +132,8 @@ class Campaign:
         """Outcome of a run that a worker has ended; ``data`` is its file, if that was elsewhere."""
         path = self._path(run)
         if error is None and data is not None:
-            with tempfile.NamedTemporaryFile(dir=self.folder, suffix=".part", delete=False) as file:
-                file.write(data)
-            os.replace(file.name, path)
+            with replacing(path) as partial:
+                partial.write_bytes(data)
         outcome = self._outcome(run, "finished") if error is None else None
         if outcome is None:
             text = f"{type(error).__name__}: {error}" if error else "its result file is damaged"

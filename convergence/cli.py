@@ -52,18 +52,18 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     place = nullcontext(processes(jobs)) if scheduler is None else dask_workers(scheduler)
     studies = [CaseStudy(case, size, membrane) for case in dict.fromkeys(cases or case_names())]
     folder = writable_folder(output)
+    own = {study.case: writable_folder(folder / study.case / size) for study in studies}
     with place as workers, Campaign(folder / "runs", workers, notify=_tell) as campaign:
         outcomes = run_studies(studies, campaign)
     whence, reports, good = origin(studies, outcomes), {}, True
     for study in studies:
         tables = study_tables(study, outcomes)
-        own = writable_folder(folder / study.case / size)
-        write_tables(own, tables, whence)
+        write_tables(own[study.case], tables, whence)
         reports[study.case] = to_json(tables, whence)
         good &= keeps_promises(tables["verdicts"])
         good &= "failed" not in set(tables["runs"]["status"])
         if not as_json:
-            show(study, tables, own)
+            show(study, tables, own[study.case])
     if as_json:
         click.echo(json.dumps(reports))
     if not good:
@@ -129,7 +129,6 @@ def calibrate(case, elements, dt, output, overwrite):
       corovec calibrate ruler --elements 480
       corovec run ruler-calibrated.toml
     """
-    from corovec import warm_up
     from corovec.benchmarks import load_case
     from corovec.solver.input.files import calibrated_text, find_model
     from corovec.solver.results.files import replacing, writable_path
@@ -137,8 +136,8 @@ def calibrate(case, elements, dt, output, overwrite):
     from .calibration import calibrate as find
     definition = load_case(case)
     free = definition.free_peak
-    path = free and writable_path(output or f"{case}-calibrated.toml", overwrite)
-    warm_up()
+    output = f"{case}-calibrated.toml" if output is None else output
+    path = free and writable_path(output, overwrite)
     factor, found = find(case, elements, dt=dt, progress=lambda factor, energy: click.echo(
         f"  load factor {factor:<12.8g} energy {energy:.6g} J"))
     click.echo(f"load factor {factor:.8g}: {found.source}")

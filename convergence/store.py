@@ -1,29 +1,26 @@
 """Result files of a campaign: one a run, named by its hash, stamped when it is finished.
 
-The stamp holds what the solver's own file does not: seconds, and a digest of the histories by which
-later damage is noticed.
+The stamp holds what the solver's own file does not: how long it took, and from which step on.
 """
 
-import hashlib
-import json
 from dataclasses import asdict
 
 import h5py
+import numpy as np
 
 from corovec import ResultFileError, read, simulate
 from corovec.solver.runtime.provenance import fingerprint
 
-STAMP = "campaign"
+STAMP = np.dtype([("seconds", "f8"), ("begun_at", "i8")])
 
 
 def record(run, path):
     """Run (or finish) ``run`` into the file ``path`` and stamp it."""
     begun_at = read(path)["step"] if path.exists() else 0
     result = simulate(run.model, run.settings, output=path, resume=True, case=run.case)
-    stamp = {"key": run.key, "seconds": result.seconds.total, "begun_at": begun_at,
-             "digest": _digest(result.history)}
+    stamp = np.array((result.seconds.total, begun_at), dtype=STAMP)
     with h5py.File(path, "r+", locking=False) as file:
-        file.attrs[STAMP] = json.dumps(stamp)
+        file.attrs["campaign"] = stamp
 
 
 def inspect(path, run):
@@ -40,12 +37,14 @@ def inspect(path, run):
                                                                  asdict(run.settings)):
         raise ResultFileError(f"{path} holds another run")
     with h5py.File(path, "r", locking=False) as file:
-        text = file.attrs.get(STAMP)
-    if text is None:
+        stamp = file.attrs.get("campaign")
+    if stamp is None:
         return None
-    contents["stamp"] = json.loads(text)
-    if contents["stamp"]["digest"] != _digest(contents["history"]):
-        raise ResultFileError(f"{path} is damaged: its histories have changed")
+    if getattr(stamp, "dtype", None) != STAMP:
+        raise ResultFileError(f"{path} is damaged: the stamp of its campaign has changed")
+    if contents["step"] < contents["n_steps"]:
+        raise ResultFileError(f"{path} is damaged: its last checkpoint is gone")
+    contents["stamp"] = dict(zip(STAMP.names, stamp.item()))
     return contents
 
 
@@ -55,7 +54,3 @@ def set_aside(path):
     while (aside := path.with_suffix(f".damaged-{k}")).exists():
         k += 1
     return path.rename(aside)
-
-
-def _digest(history):
-    return hashlib.sha256(history.tobytes()).hexdigest()

@@ -20,7 +20,7 @@ from corovec.convergence.report import show
 from corovec.convergence.run import Run
 from corovec.convergence.study import SIZES, CaseStudy, Size, run_studies
 from corovec.convergence.verdicts import assumptions, last_digit
-from corovec.solver.dynamics.result import HISTORY
+from corovec.solver.results.layout import DYNAMICS
 from corovec.solver.runtime import execution, provenance
 from corovec.solver.runtime.execution import Workers
 from corovec.verification.case import OK
@@ -57,7 +57,7 @@ class Formula:
         if self.failed:
             return None
         s = self.run.settings
-        history = np.zeros(s.n_steps + 1, dtype=HISTORY)
+        history = np.zeros(s.n_steps + 1, dtype=DYNAMICS)
         history["time"] = s.dt * np.arange(s.n_steps + 1)
         energy = LIMIT - 2.0 * np.sqrt(30 / self.run.elements) + self.step_error * s.dt**2
         if s.dt >= self.halved_from:

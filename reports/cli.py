@@ -1,7 +1,6 @@
 """Commands ``corovec plot``, ``corovec animate`` and ``corovec reproduce``."""
 
 import sys
-from pathlib import Path
 
 import click
 
@@ -117,7 +116,7 @@ def reproduce(names, size, jobs, output, list_only, page_only):
       corovec reproduce time-table-2 verify
     """
     from corovec import InputError
-    from corovec.solver.results.files import writable_folder
+    from corovec.solver.results.files import folder_path, writable_folder
     from corovec.solver.runtime.provenance import usable_cores
 
     from .page import build
@@ -127,14 +126,16 @@ def reproduce(names, size, jobs, output, list_only, page_only):
         raise InputError(f"jobs must be at least 1, is {jobs}")
     if list_only and page_only:
         raise InputError("--list runs nothing and makes no page: leave out --page-only")
-    chosen = select(parts(size, Path(output).resolve() / size), names)
-    folder = Path(output) / size
+    folder = folder_path(output) / size
+    chosen = select(parts(size, folder), names)
     if list_only:
         stamps = Stamps(folder / "parts")
         for part in parts(size, folder):
             click.echo(f"{part.name:<24} {status(part, stamps):<26} {part.shown()}")
         return
-    folder, failed = writable_folder(folder), 0
+    failed = 0
+    for each in (folder, folder / "parts", folder / "page"):
+        writable_folder(each)
     if not page_only:
         from tqdm import tqdm
         with tqdm(unit="part", disable=None, file=sys.stderr, leave=False, mininterval=0.0) as bar:

@@ -1,9 +1,7 @@
 """Films of runs: the shell in motion, coloured by strain energy density, beside its energies."""
 
-import os
 import shutil
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib import rcParams
@@ -14,11 +12,11 @@ from matplotlib.figure import Figure
 from corovec.solver.checks import integer, number, positive
 from corovec.solver.dynamics.result import total_energy
 from corovec.solver.errors import InputError
-from corovec.solver.results.files import writable_path
+from corovec.solver.results.files import replacing, writable_path
 
 from .scenes import instant
 from .space import Space, View, best_view, bounds, density_bar, density_scale
-from .style import BLACK, BLUE, VERMILLION, styled, written
+from .style import BLACK, BLUE, VERMILLION, styled
 
 FORMATS = (".gif", ".mp4", ".html")
 
@@ -67,12 +65,10 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
         shown = np.unique(np.linspace(0, shown[-1], min(frames, len(shown))).round().astype(int))
     writer = _writer(kind, fps)
     figure, draw = _scene(recording, shown, scale, view, follow)
-    with written(path), TemporaryDirectory(prefix=path.name[:100], dir=path.parent) as folder:
-        partial = Path(folder) / f"film{kind}"
+    with replacing(path) as partial:
         FuncAnimation(figure, draw, len(shown), init_func=lambda: None).save(
             partial, writer=writer, dpi=DOTS,
             progress_callback=None if progress is None else lambda k, n: progress(k + 1, n))
-        os.replace(partial, path)
     return path
 
 

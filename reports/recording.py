@@ -57,7 +57,7 @@ class Recording:
 
     @property
     def history(self):
-        """Structured array of rows, of ``simulation.HISTORY`` or ``static_result.HISTORY``."""
+        """Structured array of rows, see ``DYNAMICS`` and ``STATICS`` of ``results.layout``."""
         return self.contents["history"]
 
     @property

@@ -7,11 +7,10 @@ has a line style of its own as well, so that a grey print can be read.
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from subprocess import CalledProcessError
 
 import matplotlib as mpl
 
-from corovec.solver.errors import InputError, ResultFileError
+from corovec.solver.errors import InputError
 from corovec.solver.results.files import replacing, writable_path
 
 BLUE, ORANGE, GREEN, PURPLE, BLACK, SKY, VERMILLION = (
@@ -89,21 +88,9 @@ def save(figure, data, folder, name, formats=("svg", "png"), overwrite=False):
     figure.set_layout_engine(None)  # the layout found serves all formats
     box = figure.get_tightbbox().padded(MARGIN)
     for path, kind in zip(paths, (*formats, "csv")):
-        with written(path), replacing(path) as partial:
+        with replacing(path) as partial:
             if kind == "csv":
                 data.to_csv(partial, index=False)
             else:
                 figure.savefig(partial, format=kind, metadata=FORMATS[kind], bbox_inches=box)
     return paths
-
-
-@contextmanager
-def written(path):
-    """Failures of the system while ``path`` is written, as ``ResultFileError``."""
-    try:
-        yield
-    except OSError as error:
-        raise ResultFileError(f"{path} cannot be written: {error.strerror or error}") from None
-    except CalledProcessError as error:
-        raise ResultFileError(f"{path} cannot be written: {Path(error.cmd[0]).name} failed with "
-                              f"status {error.returncode}") from None

@@ -54,8 +54,9 @@ def cli():
 
 
 def main():
-    """Entry point: errors of the user are one line on standard error and exit status 2."""
-    warnings.showwarning = _tell
+    """Entry point: errors of the user are one line on standard error and exit status 2, warnings
+    one line."""
+    warnings.formatwarning = lambda message, *_: f"corovec: warning: {message}\n"
     try:
         cli.main(standalone_mode=False)
         if sys.stdout is not None:
@@ -73,13 +74,10 @@ def main():
         _fail("interrupted", INTERRUPTED)
     except BrokenPipeError:
         sys.exit(FAILED)
+    except MemoryError as error:
+        _fail(f"not enough memory: {str(error) or 'none is left'}", FAILED)
     except OSError as error:
         _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
-
-
-def _tell(message, category, filename, lineno, file=None, line=None):
-    """A warning as one line."""
-    click.echo(f"corovec: warning: {message}", err=True)
 
 
 def _in_options(message):

@@ -17,3 +17,7 @@ class ResultFileError(Exception):
 
 class AccuracyWarning(UserWarning):
     """Results are there, but have fewer correct digits than they show."""
+
+
+class ResultFileWarning(UserWarning):
+    """Something at the end of a result file is damaged, and what was written before it is used."""

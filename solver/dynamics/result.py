@@ -7,14 +7,6 @@ import numpy as np
 from .newton import Seconds
 from .settings import Settings
 
-HISTORY = np.dtype([
-    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
-    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
-    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
-    ("iterations", "i4"), ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"),
-    ("indefinite", "i4")])
-"""One row a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes)."""
-
 
 @dataclass(frozen=True)
 class Drift:
@@ -33,7 +25,7 @@ class Result:
     """Histories and last state of a run.
 
     Attributes:
-        history: (n_steps + 1,) structured array, fields of ``HISTORY``.
+        history: (n_steps + 1,) structured array, fields of ``results.layout.DYNAMICS``.
         displacement: (n_nodes, 3) at the end [m].
         normals: (n_nodes, 3) at the end, at a junction that of its first plate.
         unloaded_at: time from which no load acts [s].

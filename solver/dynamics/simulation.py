@@ -9,13 +9,15 @@ from ..checks import instance, optional
 from ..errors import InputError
 from ..model.model import Model
 from ..results.files import output_path
+from ..results.layout import DYNAMICS
 from ..results.recorder import Recorder
+from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..system.failure import told
 from ..system.system import System
 from .balance import review
 from .newton import StepRecord
-from .result import HISTORY, Result
+from .result import Result
 from .settings import Settings
 from .stepping import Stepper
 
@@ -46,7 +48,8 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
             rounding leaves few digits.
 
     Raises:
-        InputError: a wrong parameter; nothing has been computed.
+        InputError: a wrong parameter, or a history that does not fit into memory; nothing has
+            been computed.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
@@ -60,6 +63,7 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
     if resume and output is None:
         raise InputError("resume needs output, the file to continue")
     output = output_path(output, overwrite, resume)
+    _check_memory(model, settings)
     _check_impulses(model, settings)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case)
@@ -93,7 +97,7 @@ class _Run:
     Attributes:
         state: ``State`` reached.
         place: ``Place`` of it.
-        history: rows of all steps, see ``HISTORY``.
+        history: rows of all steps, see ``DYNAMICS``.
         done: step reached when the run starts.
         frame_of_step: number of the frame of each step that has one.
     """
@@ -102,7 +106,7 @@ class _Run:
         self._system, self._settings = system, settings
         self.state = system.initial_state()
         self.place = system.observe(self.state)
-        self.history = np.zeros(settings.n_steps + 1, dtype=HISTORY)
+        self.history = np.zeros(settings.n_steps + 1, dtype=DYNAMICS)
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
@@ -114,7 +118,7 @@ class _Run:
         description = describe(model, settings, self._system.solver.name, case)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
-                                                              self.state)
+                                                              self.state, settings.frame_steps)
             self.history[:self.done + 1] = rows
             self._system.observe(self.state, self.place)
         else:
@@ -150,6 +154,18 @@ class _Run:
 
 OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}
 """Columns of the history that are called differently in an ``Observation``."""
+
+
+STEP, FRAME = DYNAMICS.itemsize + 40, 250
+"""Bytes that a step takes in memory, with the samples of its loads, and a frame."""
+
+
+def _check_memory(model, settings):
+    """The history of all steps is kept in memory, and where every frame is."""
+    steps, frames = settings.n_steps, settings.n_steps // max(settings.frame_every, 1)
+    check_memory(f"the history of {steps} steps",
+                 steps * STEP + (frames * FRAME if settings.frame_every else 0))
+    check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
 
 
 def _check_impulses(model, settings):

@@ -21,6 +21,7 @@ from ..errors import InputError
 from ..model.loads import NodalLoad, TimeFunction, line_load
 from ..model.mesh import block, join, line_nodes, node_at, sphere_segment
 from ..model.model import Model
+from ..runtime.memory import ELEMENT, check_memory
 
 Provenance = Literal["printed", "derived", "assumed", "calibrated", "given"]
 Number = Annotated[float, Strict()]
@@ -329,12 +330,13 @@ class ModelFile(_Strict):
         """Nodes, quads and exact normals (or None) of the mesh with ``elements`` elements.
 
         Raises:
-            InputError: no such mesh.
+            InputError: no such mesh, or not enough memory for it.
         """
         mesh = next((mesh for mesh in self.meshes if mesh.elements == elements), None)
         if mesh is None:
             raise InputError(f"model {self.name} has no mesh of {elements} elements, must be one "
                              f"of: {', '.join(map(str, self.sizes))}")
+        check_memory(f"a mesh of {elements} elements", elements * ELEMENT)
         return self.geometry.mesh(mesh.refinement)
 
     def loads_on(self, nodes, quads, factor=1.0):

@@ -3,11 +3,16 @@
 import os
 import stat
 import tempfile
+import uuid
 from contextlib import contextmanager
 from pathlib import Path
+from subprocess import CalledProcessError
 
 from ..checks import flag
 from ..errors import InputError, ResultFileError
+
+PROBE = 1 << 14
+"""Bytes that a folder must have room for before long work begins."""
 
 
 def output_path(output, overwrite, resume):
@@ -19,18 +24,24 @@ def output_path(output, overwrite, resume):
 
 
 def writable_path(path, overwrite=False):
-    """``path`` with links resolved.
+    """``path``, absolute, with the links of its folder resolved.
 
     Raises:
-        ResultFileError: it is no path, exists and is not to be overwritten, is not a file, or has
-            no folder to be in.
+        ResultFileError: it is no path, exists and is not to be overwritten, is a symbolic link or
+            not a file, or neither it nor its folder can be written.
     """
-    path, exists = regular_file(path)
+    given, (path, exists) = path, regular_file(path)
+    if os.path.islink(given):
+        raise ResultFileError(f"{given} is a symbolic link; give the name of the file itself")
     if exists and not overwrite:
         raise ResultFileError(f"{path} exists; overwrite (--overwrite on the command line) "
                               "replaces it")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
+    if exists and not os.access(path, os.R_OK | os.W_OK):
+        raise ResultFileError(f"{path} cannot be written: no permission")
+    with written(path):
+        _probe(path.parent)
     return path
 
 
@@ -40,51 +51,108 @@ def writable_folder(path):
     Raises:
         ResultFileError: it is not a folder, or cannot be made or written to.
     """
-    if not str(path):
-        raise ResultFileError("the name of the folder is empty")
-    path = Path(path)
+    path = folder_path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            return path.resolve()
+        _probe(path)
     except FileExistsError:
         raise ResultFileError(f"{path} is not a folder") from None
     except OSError as error:
-        raise ResultFileError(f"folder {path} cannot be written: {error.strerror}") from None
+        raise ResultFileError(f"folder {path} cannot be written: {reason(error)}") from None
+    return path
+
+
+def folder_path(given):
+    """``given`` as the path of a folder with links resolved, which need not exist.
+
+    Raises:
+        ResultFileError: it is no path.
+    """
+    return _resolved(given, "folder")
 
 
 @contextmanager
 def replacing(path):
-    """A temporary file beside ``path`` that takes its place at the end, unless something fails."""
-    partial = None
-    try:
-        handle, name = tempfile.mkstemp(".part", path.name[:100] + ".", path.parent)
-        os.close(handle)
-        partial = Path(name)
+    """A temporary file beside ``path`` that takes its place at the end, unless something fails.
+
+    A file that is replaced leaves its mode and its owner.
+
+    Raises:
+        ResultFileError: the system cannot write it, or keep its owner.
+    """
+    with written(path), draft(path) as partial:
         yield partial
-        partial.chmod(0o666 & ~_umask())
+
+
+@contextmanager
+def written(path):
+    """Failures of the system while ``path`` is written, as ``ResultFileError``."""
+    try:
+        yield
+    except OSError as error:
+        raise ResultFileError(f"{path} cannot be written: {reason(error)}") from None
+    except CalledProcessError as error:
+        raise ResultFileError(f"{path} cannot be written: {Path(error.cmd[0]).name} failed with "
+                              f"status {error.returncode}") from None
+
+
+@contextmanager
+def draft(path):
+    """As ``replacing``, with an OSError where the system fails."""
+    partial = path.with_name(f"{path.stem[:40]}.{uuid.uuid4().hex}.part{path.suffix[:10]}")
+    try:
+        _create(partial, path)
+        yield partial
         os.replace(partial, path)
     finally:
-        if partial is not None:
-            partial.unlink(missing_ok=True)
+        partial.unlink(missing_ok=True)
+
+
+def _create(partial, path):
+    """An empty file with the mode and the owner of that at ``path``, or those of any new one."""
+    old = os.lstat(path) if os.path.lexists(path) else None
+    mode = 0o666 if old is None else stat.S_IMODE(old.st_mode)
+    handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+    try:
+        if old is not None and hasattr(os, "fchown"):
+            new = os.fstat(handle)
+            if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
+                os.fchown(handle, old.st_uid, old.st_gid)
+            os.fchmod(handle, mode)
+    finally:
+        os.close(handle)
 
 
 def regular_file(given):
     """``given`` as a path with links resolved, and whether it exists."""
+    path = _resolved(given, "file")
     try:
-        if not os.fspath(given):
-            raise ValueError("empty")
-        path = Path(given).resolve()
-        try:
-            regular = stat.S_ISREG(path.stat().st_mode)
-        except (FileNotFoundError, NotADirectoryError):
-            return path, False
-    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        regular = stat.S_ISREG(path.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError):
+        return path, False
+    except OSError as error:
         raise ResultFileError(f"{str(given)!r} is not a path of a file: "
                               f"{reason(error)}") from None
     if not regular:
         raise ResultFileError(f"{path} is not a regular file")
     return path, True
+
+
+def _resolved(given, what):
+    """``given`` as an absolute path without links."""
+    try:
+        if not os.fspath(given):
+            raise ValueError("empty")
+        return Path(given).resolve()
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        raise ResultFileError(f"{str(given)!r} is not a path of a {what}: "
+                              f"{reason(error)}") from None
+
+
+def _probe(folder):
+    """OSError where ``folder`` takes no file, or has no room."""
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(bytes(PROBE))
 
 
 def claim(path, size):
@@ -104,9 +172,3 @@ def reason(error):
     if number:
         return os.strerror(number)
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-
-
-def _umask():
-    current = os.umask(0)
-    os.umask(current)
-    return current

@@ -1,27 +1,30 @@
-"""Reading a result file, and what it must hold."""
+"""Reading a result file: what it holds is checked first, and what is read against its checksums."""
 
-import json
+import warnings
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import h5py
 import numpy as np
 
-from ..errors import ResultFileError
-from .checkpoint import newest_slot
+from ..errors import ResultFileError, ResultFileWarning
+from .checkpoint import valid_slots
+from .checksums import intact, of_fixed
+from .description import parsed
 from .files import reason, regular_file
+from .layout import TIMES, Sizes, checked_sizes
+from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-3"
+FORMAT = "corovec-run-4"
 
-DESCRIBED = ("case", "settings", "solver", "elements", "nodes", "versions", "machine")
-COLUMNS = ("time", "kinetic_energy", "strain_energy", "external_work", "linear_momentum",
-           "angular_momentum", "angular_momentum_printed", "iterations")
-STATIC_COLUMNS = ("factor", "strain_energy")
-FRAMES = ("displacement", "normal", "strain_energy")
-"""What a result file must hold to be read."""
+OLDER = ("corovec-run-1", "corovec-run-2", "corovec-run-3")
 
 
 def read(path):
     """Contents of a result file, of dynamics or statics, up to its newest checkpoint.
+
+    Everything is checked against the checksums with which it was written.  Where the newest
+    checkpoint or its frame is damaged, the one before counts, with a ``ResultFileWarning``.
 
     Returns:
         dict: ``description`` (dict), ``step``, ``n_steps`` (there is room for), ``history``
@@ -30,28 +33,77 @@ def read(path):
         ``nodes``, ``quads``.
 
     Raises:
-        ResultFileError: no such file, not a corovec file, or damaged.
+        ResultFileError: no such file, not a corovec file, damaged, or one that reaches for other
+            files.
     """
     path, _ = regular_file(path)
     with opened(path, "r") as file:
-        description = read_description(file, path)
-        step, _ = newest_slot(file, path)
-        planned = file["frames/step"][:]
-        written = int(np.sum(planned <= step))
-        frames = {}
-        for name, values in file["frames"].items():
-            size = len(values) // len(planned)
-            frames[name] = values[:written * size].reshape(written, size, *values.shape[1:])
-        contents = {
-            "description": description, "step": step, "n_steps": int(planned[-1]),
-            "history": read_history(file, step), "frame_steps": frames.pop("step").ravel(),
-            **frames, "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
-        _check_contents(contents)
-        return contents
+        stored = load(file, path, whole=True)
+        sizes, n = stored.sizes, len(stored.frame_steps)
+        return {"description": stored.description, "step": stored.step, "n_steps": sizes.steps,
+                "history": stored.history, "frame_steps": stored.frame_steps,
+                **{name: stored.fields[name][:n * shape[0]].reshape(n, *shape)
+                   for name, (_, shape) in sizes.fields.items()},
+                "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
+
+
+class Stored(NamedTuple):
+    """What a file holds up to its newest good checkpoint.
+
+    Attributes:
+        sizes: ``Sizes``.
+        description: of the run.
+        step: of the checkpoint; packed: its state.
+        history: rows up to there.
+        plan: steps of all frames that there is room for.
+        frame_steps: those of the frames that are written.
+        fields: arrays, or datasets, of the frames by name.
+    """
+
+    sizes: Sizes
+    description: dict
+    step: int
+    packed: np.ndarray
+    history: np.ndarray
+    plan: np.ndarray
+    frame_steps: np.ndarray
+    fields: dict
+
+
+def load(file, path, whole=False):
+    """What an open file holds, checked; ``whole``: all frames at once in memory.
+
+    Raises:
+        ResultFileError: of another format, or no checkpoint is intact.
+        ValueError: what is missing, changed or impossible.
+    """
+    _check_format(file, path)
+    sizes = checked_sizes(file)
+    text = _description(file)
+    if file.attrs.get("checksum") != of_fixed(file, text, sizes):
+        raise ValueError("its description or mesh has changed")
+    description, plan = parsed(text, sizes), _plan(file, sizes)
+    slots = list(valid_slots(file))
+    if not slots:
+        raise ResultFileError(f"{path} is damaged: neither of its two checkpoints is intact")
+    last = slots[0][0]
+    n, history = _frames(plan, last), _history(file, sizes, last)
+    fields = {name: file[f"frames/{name}"] for name in sizes.fields}
+    if whole:
+        fields = {name: values[:n * sizes.fields[name][1][0]] for name, values in fields.items()}
+    good = intact(list(zip(file[TIMES][:n], file["frames/checksum"][:n])), plan, history,
+                  [(fields[name], shape[0]) for name, (_, shape) in sizes.fields.items()])
+    step, packed, n = _newest_good(slots, plan, good)
+    if frames_shown(file) > n:
+        warnings.warn(f"{path}: what follows step {step} is damaged or incomplete; that step is "
+                      "the newest good checkpoint", ResultFileWarning, stacklevel=4)
+    _check_values(file, sizes, history[:step + 1])
+    return Stored(sizes, description, step, packed, history[:step + 1], plan, plan[:n], fields)
 
 
 @contextmanager
 def opened(path, mode):
+    """The file at ``path``; whatever turns out to be wrong with it is one ``ResultFileError``."""
     if not path.exists():
         raise ResultFileError(f"{path} does not exist")
     try:
@@ -59,39 +111,69 @@ def opened(path, mode):
             yield file
     except PermissionError:
         raise ResultFileError(f"{path} cannot be opened: no permission") from None
-    except (OSError, KeyError, RuntimeError, TypeError, ValueError, AttributeError) as error:
+    except (OSError, LookupError, RuntimeError, TypeError, ValueError, ArithmeticError,
+            AttributeError, MemoryError) as error:
         raise ResultFileError(f"{path} is damaged or not a result file: {reason(error)}") from None
 
 
-def read_description(file, path):
-    if file.attrs.get("format") != FORMAT:
+def _check_format(file, path):
+    given = file.attrs.get("format")
+    given = given.decode(errors="replace") if isinstance(given, bytes) else given
+    if isinstance(given, str) and given in OLDER:
+        raise ResultFileError(f"{path} is of an older version of corovec (format {given}, this one "
+                              f"reads {FORMAT}): repeat its run, or read it with that version")
+    if not isinstance(given, str) or given != FORMAT:
         raise ResultFileError(f"{path} was not written by this version of corovec (format "
-                              f"{file.attrs.get('format')!r}, needed {FORMAT!r})")
-    return json.loads(file.attrs["description"])
+                              f"{given!r}, needed {FORMAT!r})")
 
 
-def read_history(file, step):
+def _description(file):
+    """The text of the description."""
+    place = file.attrs.get_id("description")
+    if place.shape != () or place.dtype.kind != "S":
+        raise ValueError("description is not a text")
+    return bytes(file.attrs["description"])
+
+
+def _plan(file, sizes):
+    """Steps of all frames that there is room for."""
+    plan = file["frames/step"][:]
+    if plan[0] != 0 or plan[-1] != sizes.steps or np.any(np.diff(plan) <= 0):
+        raise ValueError("frames/step does not ascend from the start to the last step")
+    return plan
+
+
+def _frames(plan, step):
+    """How many frames there are up to a checkpoint, which is at one of them."""
+    n = int(np.searchsorted(plan, step, side="right"))
+    if plan[n - 1] != step:
+        raise ValueError(f"its checkpoint is at step {step}, which has no frame")
+    return n
+
+
+def _newest_good(slots, plan, good):
+    """(step, packed vector, frames up to there) of the newest slot all of whose frames, the first
+    ``good`` ones, are as they were written."""
+    for step, packed in slots:
+        n = _frames(plan, step)
+        if n <= good:
+            return step, packed, n
+    raise ValueError(f"frame {good}, or the history up to it, has changed")
+
+
+def _history(file, sizes, step):
     """History rows up to ``step``."""
-    group = file["history"]
-    history = np.zeros(step + 1, [(name, column.dtype, column.shape[1:])
-                                  for name, column in group.items()])
-    for name, column in group.items():
-        history[name] = column[:step + 1]
+    history = np.zeros(step + 1, sizes.row)
+    for name in sizes.row.names:
+        history[name] = file[f"history/{name}"][:step + 1]
     return history
 
 
-def _check_contents(contents):
-    """Raise a ValueError that names what of the contents of a file is missing or impossible."""
-    columns = contents["history"].dtype.names
-    wanted = STATIC_COLUMNS if "factor" in columns else COLUMNS
-    for place, there, names in (("description", contents["description"], DESCRIBED),
-                                ("history", columns, wanted), ("frames", contents, FRAMES)):
-        for name in names:
-            if name not in there:
-                raise ValueError(f"{place} without {name}")
-    for name in (*FRAMES, "nodes"):
-        if not np.isfinite(contents[name]).all():
+def _check_values(file, sizes, history):
+    """Refuse numbers that are not finite, and nodes that are not there."""
+    nodes, quads = file["model/nodes"][:], file["model/quads"][:]
+    for name, values in (("nodes", nodes), *((name, history[name]) for name in sizes.row.names)):
+        if not np.isfinite(values).all():
             raise ValueError(f"{name} is not finite")
-    quads, n_nodes = contents["quads"], len(contents["nodes"])
-    if quads.min() < 0 or quads.max() >= n_nodes:
-        raise ValueError(f"an element has node {quads.max()}, there are {n_nodes} nodes")
+    if quads.min() < 0 or quads.max() >= len(nodes):
+        raise ValueError(f"an element has node {quads.max()}, there are {len(nodes)} nodes")

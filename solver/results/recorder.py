@@ -7,19 +7,23 @@ between writes.  So a run killed at any moment leaves a file that opens, and tha
 newest valid slot.  A run that goes on longer than planned (an arc length) moves into a file of
 twice the size, which takes the place of the old one once it is complete.
 
-Dynamics and statics differ in the fields of a history row and of a frame, which the first row and
-frame define.  Layout (SI units; row 0 of every history is the start):
+Dynamics and statics differ in the fields of a history row and of a frame.  Layout (SI units; row 0
+of every history is the start):
 
-- ``/history/NAME`` (n_steps + 1, ...): see ``HISTORY`` of ``dynamics.result`` and of
-  ``statics.result``;
+- ``/history/NAME`` (n_steps + 1, ...): see ``DYNAMICS`` and ``STATICS`` of ``layout``;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
   ``displacement``, (n_frames * n_elem,) of element values, frame after frame;
+  ``/frames/checksum`` (n_frames,): see ``checksums``;
 - ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step
   and checksum; ``/model``: nodes and quads;
 - ``/VTKHDF``: the frames again, as links, with the mesh and its time steps.
+
+HDF5's file format 1.8 is the newest that a killed process cannot leave locked, and the first that
+keeps checksums of its own structures.
 """
 
 import json
+import math
 import uuid
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,9 +32,11 @@ import h5py
 import numpy as np
 
 from ..errors import ResultFileError
-from .checkpoint import make_slots, newest_slot, reserve, write_slot
-from .files import claim, reason, replacing, writable_path
-from .reading import FORMAT, opened, read_description, read_history
+from .checkpoint import EMPTY, write_slot
+from .checksums import of_fixed, of_frame
+from .files import claim, draft, reason, writable_path
+from .layout import STATICS, TIMES, Sizes, fixed, growing
+from .reading import FORMAT, load, opened
 from .vtkhdf import copy_times, make_view, show_frame
 
 METADATA = 200_000
@@ -45,8 +51,9 @@ class Recorder:
     """
 
     def __init__(self, path, model, description):
-        self.path, self.model, self.description = path, model, description
-        self._run = uuid.uuid4().hex
+        self.path, self.model = path, model
+        self._text = np.bytes_(json.dumps(description))
+        self._run = np.bytes_(uuid.uuid4().hex)
 
     @classmethod
     def create(cls, path, model, description, state, rows, frame, frame_steps, overwrite):
@@ -54,7 +61,7 @@ class Recorder:
         last of ``frame_steps`` is the last step."""
         recorder = cls(writable_path(path, overwrite), model, description)
         try:
-            with recorder._new(state, rows.dtype, frame, frame_steps) as file:
+            with recorder._new(state, rows.dtype, frame_steps) as file:
                 recorder._write(file, 0, state, rows, frame)
         except OSError as error:
             raise ResultFileError(f"{recorder.path} cannot be created: "
@@ -62,17 +69,22 @@ class Recorder:
         return recorder
 
     @classmethod
-    def resume(cls, path, model, description, state):
-        """Continue a file of the same run: fills ``state``; returns (recorder, step, history)."""
+    def resume(cls, path, model, description, state, frame_steps=None):
+        """Continue a file of the same run: fills ``state``; returns (recorder, step, history).
+
+        ``frame_steps``: those of the run, where they are known.
+        """
         recorder = cls(Path(path).resolve(), model, description)
         with opened(recorder.path, "r") as file:
-            _check_same_run(recorder.path, read_description(file, recorder.path), description)
-            step, packed = newest_slot(file, recorder.path)
-            state.unpack(packed)
-            history = read_history(file, step)
+            stored = load(file, recorder.path)
+            _check_same_run(recorder.path, stored.description, description)
+            if (len(stored.packed) != len(state.pack())
+                    or frame_steps is not None and not np.array_equal(stored.plan, frame_steps)):
+                raise ValueError("its frames or states are not those of its settings")
+            state.unpack(stored.packed)
         with opened(recorder.path, "r+") as file:
             file.attrs.modify("run", recorder._run)
-        return recorder, step, history
+        return recorder, stored.step, stored.history
 
     def write(self, step, state, rows, frame):
         """Append the history ``rows`` up to ``step``, a frame, and a checkpoint."""
@@ -88,7 +100,7 @@ class Recorder:
                 if not full:
                     self._write(file, step, state, rows, frame)
             if full:
-                with (self._new(state, rows.dtype, frame, np.arange(2 * step)) as longer,
+                with (self._new(state, rows.dtype, np.arange(2 * step)) as longer,
                       h5py.File(self.path, "r", locking=False) as file):
                     _copy(file, longer)
                     self._write(longer, step, state, rows, frame)
@@ -98,49 +110,56 @@ class Recorder:
                                   "checkpoint") from None
 
     @contextmanager
-    def _new(self, state, row, frame, frame_steps):
+    def _new(self, state, row, frame_steps):
         """An empty file with all its space reserved, in the place of ``path`` once it is filled."""
-        with replacing(self.path) as partial:
+        sizes = Sizes(row == STATICS, len(self.model.nodes), len(self.model.quads),
+                      int(frame_steps[-1]), len(frame_steps), len(state.pack()))
+        with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
-            claim(partial, self._bytes(state, row, frame, frame_steps))
-            with h5py.File(partial, "w", locking=False) as file:
-                self._layout(file, state, row, frame, frame_steps)
+            claim(partial, _bytes(sizes) + len(self._text))
+            with h5py.File(partial, "w", locking=False, libver=("v108", "v108")) as file:
+                self._layout(file, sizes, frame_steps)
                 yield file
             claim(partial, partial.stat().st_size)
 
     @staticmethod
     def _write(file, step, state, rows, frame):
         index, time, data = frame
-        history = file["history"]
+        history, frames = file["history"], file["frames"]
         for name in rows.dtype.names:
             history[name][step + 1 - len(rows):step + 1] = rows[name]
-        for _, name, values in _fields(data):
-            file["frames"][name][index * len(values):(index + 1) * len(values)] = values
+        fields = {name: values for place in data.values() for name, values in place.items()}
+        for name, values in fields.items():
+            frames[name][index * len(values):(index + 1) * len(values)] = values
+        frames["checksum"][index] = of_frame(index, time, rows, fields.values())
         show_frame(file, index, time)
         write_slot(file, index % 2, step, state.pack())
 
-    def _bytes(self, state, row, frame, frame_steps):
-        """An upper bound of the file's size."""
-        model, fields = self.model, _fields(frame[2])
-        each = sum(values.nbytes + 8 for _, _, values in fields) + 56
-        mesh = 2 * (model.nodes.nbytes + model.quads.nbytes) + 9 * len(model.quads)
-        return (row.itemsize * (frame_steps[-1] + 1) + each * len(frame_steps)
-                + 2 * state.pack().nbytes + mesh + METADATA)
+    def _layout(self, file, sizes, frame_steps):
+        """All datasets, those that do not change with their values."""
+        for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
+            _reserve(file, place, shape, dtype)
+        _reserve(file, TIMES, (1,), "f8", maxshape=(sizes.frames,), chunks=(sizes.frames,))
+        file["model/nodes"][...], file["model/quads"][...] = self.model.nodes, self.model.quads
+        file["frames/step"][...], file["checkpoint/stamp"][...] = frame_steps, EMPTY
+        make_view(file, self.model, sizes)
+        file.attrs.update(format=np.bytes_(FORMAT), description=self._text, run=self._run,
+                          checksum=of_fixed(file, self._text, sizes))
 
-    def _layout(self, file, state, row, frame, frame_steps):
-        file.attrs["format"] = FORMAT
-        file.attrs["description"] = json.dumps(self.description)
-        file.attrs["run"] = self._run
-        file.create_dataset("model/nodes", data=self.model.nodes)
-        file.create_dataset("model/quads", data=self.model.quads)
-        history = file.create_group("history", track_order=True)
-        for name in row.names:
-            reserve(history, name, (frame_steps[-1] + 1, *row[name].shape), row[name].base)
-        file.create_dataset("frames/step", data=np.asarray(frame_steps, dtype=np.int64))
-        for _, name, values in _fields(frame[2]):
-            reserve(file["frames"], name, (len(frame_steps) * len(values), *values.shape[1:]))
-        make_slots(file, len(state.pack()))
-        make_view(file, self.model, _fields(frame[2]), len(frame_steps))
+
+def _reserve(file, name, shape, dtype, **layout):
+    """A dataset with its place in the file, not yet written; contiguous, if not told otherwise."""
+    places = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    places.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    places.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    file.create_dataset(name, shape, dtype, dcpl=places, **layout)
+
+
+def _bytes(sizes):
+    """An upper bound of a file's size."""
+    numbers = {**fixed(sizes), **growing(sizes), TIMES: ("f8", (sizes.frames,))}
+    return METADATA + sum(np.dtype(dtype).itemsize * math.prod(shape)
+                          for dtype, shape in numbers.values())
 
 
 def _check_same_run(path, there, here):
@@ -165,12 +184,6 @@ def _flat(settings):
         else:
             flat[name] = value
     return flat
-
-
-def _fields(data):
-    """(place, name, values) of every field of a frame."""
-    return [(place, name, values) for place, fields in data.items()
-            for name, values in fields.items()]
 
 
 def _copy(file, longer):

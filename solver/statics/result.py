@@ -4,15 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..results.layout import STATICS
 from ..results.reading import read
 from ..results.recorder import Recorder
-
-HISTORY = np.dtype([
-    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
-    ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
-"""One row of a result file: its load factor, the resultant of the reactions, iterations, load steps
-and factorizations with negative pivots since the row before, and the step (load factor or arc
-length) that is tried next."""
 
 NODAL = ("displacement", "normal", "reaction")
 """Values of the nodes that are kept with every row, (n_nodes, 3)."""
@@ -88,7 +82,7 @@ class Rows:
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""
         system, state = self._system, self._state
         displacement, normals = system.displacement(state), system.nodal_normals(self._place)
-        self._history.append(np.array([row], dtype=HISTORY))
+        self._history.append(np.array([row], dtype=STATICS))
         self._nodal.append(dict(zip(NODAL, (displacement, normals, reactions))))
         if self._recorder:
             self._recorder.write(len(self) - 1, state, self._history[-1], self._frame(shown))

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
     from .solver.dynamics.simulation import simulate
-    from .solver.errors import AccuracyWarning, InputError, ResultFileError, StepError
+    from .solver.errors import (
+        AccuracyWarning,
+        InputError,
+        ResultFileError,
+        ResultFileWarning,
+        StepError,
+    )
     from .solver.model.loads import (
         NodalLoad,
         NodalMoment,
@@ -43,7 +49,8 @@ _WHERE = {
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
-    "errors": ("AccuracyWarning", "InputError", "ResultFileError", "StepError"),
+    "errors": ("AccuracyWarning", "InputError", "ResultFileError", "ResultFileWarning",
+               "StepError"),
     "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
                     "line_moment", "surface_load"),
     "model.model": ("Model", "rigid_velocity"),
@@ -58,10 +65,10 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 
 __all__ = [
     "AccuracyWarning", "Drift", "InputError", "Model", "Newton", "NodalLoad", "NodalMoment",
-    "Pressure", "Result", "ResultFileError", "Scheme", "Settings", "StaticResult", "StaticSettings",
-    "StepError", "Support", "TimeFunction", "arc_length", "drift", "line_load", "line_moment",
-    "load_control", "read", "rigid_velocity", "simulate", "solve_linear", "surface_load",
-    "total_energy", "warm_up",
+    "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Settings",
+    "StaticResult", "StaticSettings", "StepError", "Support", "TimeFunction", "arc_length", "drift",
+    "line_load", "line_moment", "load_control", "read", "rigid_velocity", "simulate",
+    "solve_linear", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

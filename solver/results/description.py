@@ -1,0 +1,107 @@
+"""What a result file says of its run, as far as others rely on it."""
+
+import json
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class _Scheme(_Strict):
+    name: str
+    rho_inf: float
+    transformation: str
+    axes: str
+
+
+class _Newton(_Strict):
+    kind: str
+    tolerance: float
+    min_iterations: int
+    max_iterations: int
+
+
+class _Settings(_Strict):
+    dt: float
+    end_time: float
+    scheme: _Scheme
+    newton: _Newton
+    solver: str
+    frame_every: int
+
+
+class _StaticSettings(_Strict):
+    solver: str
+    tolerance: float
+    max_iterations: int
+    fast_iterations: int
+    max_divisions: int
+
+
+class _LoadControl(_StaticSettings):
+    method: Literal["load control"]
+    factors: str
+
+
+class _ArcLength(_StaticSettings):
+    method: Literal["arc length"]
+    length: float
+    wanted_iterations: int
+
+
+class _Versions(_Strict):
+    python: str
+    corovec: str
+    numpy: str
+    scipy: str
+    numba: str
+    h5py: str
+
+
+class _Machine(_Strict):
+    processor: str
+    system: str
+
+
+class _Description(_Strict):
+    case: str | None
+    fingerprint: str
+    nodes: int
+    elements: int
+    membrane: str
+    shear: str
+    solver: str
+    unloaded_at: Annotated[float, Field(ge=0.0, allow_inf_nan=True)]
+    supported: bool
+    versions: _Versions
+    machine: _Machine
+
+
+class _Dynamics(_Description):
+    settings: _Settings
+
+
+class _Statics(_Description):
+    settings: Annotated[_LoadControl | _ArcLength, Field(discriminator="method")]
+
+
+def parsed(text, sizes):
+    """The description in a JSON ``text``, as a dictionary.
+
+    Raises:
+        ValueError: it is no JSON, something is missing or of another type, or it tells of another
+            mesh than that of ``sizes``.
+    """
+    description = json.loads(text)
+    try:
+        (_Statics if sizes.static else _Dynamics).model_validate(description)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, ("description", *first["loc"])))
+        raise ValueError(f"{place}: {first['msg']}") from None
+    if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
+        raise ValueError("description is of another mesh")
+    return description

@@ -1,0 +1,154 @@
+"""What a result file holds, and where; checked before anything of it is read.
+
+All datasets lie in the file itself, each as one contiguous block but for the times of the view,
+which grow.  Links to other files, and storage in them, would let a file reach what is not its own.
+"""
+
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+DYNAMICS = np.dtype([
+    ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
+    ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("iterations", "i4"), ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"),
+    ("indefinite", "i4")])
+"""A row of a run, one a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over
+nodes)."""
+
+STATICS = np.dtype([
+    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
+    ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
+"""A row of a static path: its load factor, the resultant of the reactions, iterations, load steps
+and factorizations with negative pivots since the row before, and the step (load factor or arc
+length) that is tried next."""
+
+TIMES = "VTKHDF/Steps/Values"
+
+
+class Sizes(NamedTuple):
+    """Numbers on which the shapes of all datasets depend.
+
+    Attributes:
+        static: whether it is a static path.
+        nodes: of the mesh; elements: of it.
+        steps: there is room for, beside the start; frames: there is room for.
+        numbers: of a packed state.
+    """
+
+    static: bool
+    nodes: int
+    elements: int
+    steps: int
+    frames: int
+    numbers: int
+
+    @property
+    def row(self):
+        """Type of a history row."""
+        return STATICS if self.static else DYNAMICS
+
+    @property
+    def fields(self):
+        """``{name: (place in the view, shape)}`` of what a frame consists of, in the order of its
+        checksum."""
+        nodal = ("displacement", "normal", *(("reaction",) if self.static else ()))
+        return {**{name: ("PointData", (self.nodes, 3)) for name in nodal},
+                "strain_energy": ("CellData", (self.elements,))}
+
+
+def fixed(sizes):
+    """``{place: (dtype, shape)}`` of the datasets that are written once, with the file."""
+    nodes, elements, frames = sizes.nodes, sizes.elements, sizes.frames
+    offsets = [f"{place}Offsets/{name}" for name, (place, _) in sizes.fields.items()]
+    each = ("PartOffsets", "NumberOfParts", "PointOffsets", *offsets)
+    return {"model/nodes": ("f8", (nodes, 3)), "model/quads": ("i8", (elements, 4)),
+            "frames/step": ("i8", (frames,)),
+            **{f"VTKHDF/NumberOf{what}": ("i8", (1,))
+               for what in ("Points", "Cells", "ConnectivityIds")},
+            "VTKHDF/Connectivity": ("i8", (4 * elements,)),
+            "VTKHDF/Offsets": ("i8", (elements + 1,)), "VTKHDF/Types": ("u1", (elements,)),
+            **{f"VTKHDF/Steps/{name}": ("i8", (frames,)) for name in each},
+            **{f"VTKHDF/Steps/{name}Offsets": ("i8", (frames, 1))
+               for name in ("Cell", "ConnectivityId")}}
+
+
+def growing(sizes):
+    """``{place: (dtype, shape)}`` of the datasets that a run fills."""
+    row = sizes.row
+    return {**{f"history/{name}": (row[name].base, (sizes.steps + 1, *row[name].shape))
+               for name in row.names},
+            **{f"frames/{name}": ("f8", (sizes.frames * size, *rest))
+               for name, (_, (size, *rest)) in sizes.fields.items()},
+            "frames/checksum": ("u4", (sizes.frames,)),
+            "checkpoint/state": ("f8", (2, sizes.numbers)), "checkpoint/stamp": ("i8", (2, 2))}
+
+
+def links(sizes):
+    """``{place in the view: dataset that is shown there}``."""
+    return {"VTKHDF/Points": "model/nodes",
+            **{f"VTKHDF/{place}/{name}": f"frames/{name}"
+               for name, (place, _) in sizes.fields.items()}}
+
+
+def checked_sizes(file):
+    """``Sizes`` of a file all of whose datasets are there, its own and of the right shapes.
+
+    Raises:
+        ValueError: what is missing or different.
+    """
+    def rows(place):
+        shape = _stored(file, place).shape
+        return shape[0] if shape else 0
+
+    static = "factor" in set(_own(file, "history"))
+    packed = _stored(file, "checkpoint/state").shape or (0,)
+    sizes = Sizes(static, rows("model/nodes"), rows("model/quads"),
+                  rows(f"history/{'factor' if static else 'time'}") - 1, rows("frames/step"),
+                  packed[-1])
+    for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
+        _check(_stored(file, place), place, dtype, shape)
+    times = _stored(file, TIMES, h5py.h5d.CHUNKED)
+    if (times.dtype, times.chunks, times.maxshape) != ("f8", *2 * ((sizes.frames,),)):
+        raise ValueError(f"{TIMES} has another shape or type")
+    for place, shown in links(sizes).items():
+        if _own(file, place) != file[shown]:
+            raise ValueError(f"{place} does not show {shown}")
+    return sizes
+
+
+def _own(file, place):
+    """What is at a place, if no link on the way leads elsewhere."""
+    item = file
+    for name in place.split("/"):
+        try:
+            link = item.id.links.get_info(name.encode())
+        except (AttributeError, KeyError, RuntimeError):
+            raise ValueError(f"{place} is missing") from None
+        if link.type != h5py.h5l.TYPE_HARD:
+            raise ValueError(f"{place} is a link to somewhere else")
+        item = item[name]
+    return item
+
+
+def _stored(file, place, layout=h5py.h5d.CONTIGUOUS):
+    """The dataset at a place, if its numbers are in this file, as they are."""
+    dataset = _own(file, place)
+    if not isinstance(dataset, h5py.Dataset):
+        raise ValueError(f"{place} is not a dataset")
+    how = dataset.id.get_create_plist()
+    if how.get_layout() != layout or how.get_external_count() or how.get_nfilters():
+        raise ValueError(f"{place} is not stored as corovec stores it")
+    return dataset
+
+
+def _check(dataset, place, dtype, shape):
+    """Refuse another type or shape, and numbers that the file is too short to hold."""
+    if dataset.dtype != dtype or dataset.shape != shape:
+        raise ValueError(f"{place} is {dataset.dtype} {dataset.shape}, must be {np.dtype(dtype)} "
+                         f"{shape}")
+    offset = dataset.id.get_offset()
+    if offset is None or offset + dataset.nbytes > dataset.file.id.get_filesize():
+        raise ValueError(f"{place} is longer than the file")
