@@ -17,7 +17,7 @@ from corovec.verification.helpers import corovec
 from corovec.verification.models import cross_code_plate
 
 SEVERAL = {"l30-mesh", "l30-energies", "l30-momenta", "l30-motion", "l120-mesh", "l120-energies",
-           "l120-momenta", "l120-motion", "displacements", "total-energies"}
+           "l120-momenta", "l120-motion", "displacements", "energies"}
 
 
 def call(command, *arguments):

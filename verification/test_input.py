@@ -58,7 +58,7 @@ def changed(index, value):
     (NODES, [(0, 1, 4, -1), (1, 2, 5, 4)], r"element 0: node -1 does not exist"),
     (NODES, [(0, 1, 4, 3), (1, 2, 2, 4)], r"element 1: nodes \[1, 2, 2, 4\] repeat"),
     (NODES, [(0, 1, 4, 3), (1, 2, 5, 4), (4, 3, 0, 1)], r"element 2 duplicates element 0"),
-    (NODES, [(0, 1, 4, 3), (1, 4, 5, 2)], r"element 1 is inverted against its neighbour 0"),
+    (NODES, [(0, 1, 4, 3), (1, 4, 5, 2)], r"inverted against their neighbours: element 1; "),
     (NODES, [(0, 1, 3, 4), (1, 2, 5, 4)], r"element 0: degenerate or twisted, the diagonals of"),
     (changed(0, (0.9, 0.9, 0.0)), QUADS, r"element 0: degenerate, inverted or not convex at its "
                                          r"node 0"),
@@ -290,7 +290,7 @@ def test_folds_are_junctions_from_the_fold_angle_on():
 @pytest.mark.parametrize("make, message", [
     (lambda: corner(180.0, patches=(1, 2)), "node 0: the 2 plates that meet there are coplanar"),
     (lambda: corner(0.5), "node 0: the 2 plates that meet there are coplanar"),
-    (lambda: corner(170.0, flip=True), "element 1 is inverted against its neighbour 0"),
+    (lambda: corner(170.0, flip=True), "inverted against their neighbours: element 1; "),
     (lambda: corner(80.0, patches=(1, 1)), "is 50 degrees from the mean of its patch"),
     (lambda: corner(fold_angle=0.0), r"fold_angle must lie in \(0, 90\] \[degrees\], is 0"),
     (lambda: corner(patches=(1, 2, 3)), r"patches: 3 given, one an element \(2\) needed"),
@@ -364,15 +364,15 @@ def test_bad_settings(options, message):
 
 
 @pytest.mark.parametrize("kind, options, message", [
-    (Scheme, {"name": "euler"}, "scheme 'euler' is unknown, must be one of: quasi, newmark"),
-    (Scheme, {"name": None}, "scheme None is unknown"),
+    (Scheme, {"name": "euler"}, "name 'euler' is unknown, must be one of: quasi, newmark"),
+    (Scheme, {"name": None}, "name None is unknown"),
     (Scheme, {"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
     (Scheme, {"rho_inf": np.nan}, "rho_inf must be finite"),
     (Scheme, {"rho_inf": "1"}, "rho_inf must be a number, is '1'"),
     (Scheme, {"transformation": "end"}, "transformation 'end' is unknown"),
     (Scheme, {"axes": "body"}, "axes 'body' is unknown, must be one of: nodal, global"),
     (Scheme, {"name": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
-    (Newton, {"kind": "broyden"}, "newton 'broyden' is unknown, must be one of: modified, full"),
+    (Newton, {"kind": "broyden"}, "kind 'broyden' is unknown, must be one of: modified, full"),
     (Newton, {"tolerance": 0.0}, "tolerance must lie in"),
     (Newton, {"min_iterations": 0}, "min_iterations must lie in"),
     (Newton, {"min_iterations": 2.5}, "min_iterations must be an integer"),
@@ -451,8 +451,8 @@ def test_integers_have_a_bound(value):
 @pytest.mark.parametrize("wrong, message", [
     ({"overwrite": "no"}, "overwrite must be True or False, is 'no'"),
     ({"resume": 1}, "resume must be True or False"),
-    ({"progress": 5}, "progress must be a function or None, is 5"),
-    ({"case": object()}, "case must be a name or None")])
+    ({"progress": 5}, "progress must be a function, is 5"),
+    ({"case": object()}, "case must be one line of 1 to 200")])
 def test_nothing_is_touched_before_the_arguments_are_checked(tmp_path, wrong, message):
     """An earlier result stays as it was."""
     path = tmp_path / "run.h5"
@@ -464,9 +464,9 @@ def test_nothing_is_touched_before_the_arguments_are_checked(tmp_path, wrong, me
 
 
 @pytest.mark.parametrize("items, executor, message", [
-    (None, None, "items must be a list of pairs"), (3, None, "items must be a list"),
+    (None, None, "items must be a list, is None"), (3, None, "items must be a list"),
     ({}, None, "items must be a list"), ([], 3, "executor must be a concurrent.futures.Executor"),
-    ([(1, 2, 3)], None, "a run must be a Run or a pair")])
+    ([(1, 2, 3)], None, r"items\[0\] must be a Run or a pair")])
 def test_junk_for_many_runs(items, executor, message):
     with pytest.raises(InputError, match=message):
         run_many(items, executor)

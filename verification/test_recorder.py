@@ -547,7 +547,7 @@ def test_folder_that_does_not_exist(tmp_path, model):
 
 
 def test_unknown_settings_are_refused_before_anything(tmp_path):
-    with pytest.raises(InputError, match="scheme 'verlet' is unknown"):
+    with pytest.raises(InputError, match="name 'verlet' is unknown"):
         Settings(dt=0.01, end_time=0.1, scheme=Scheme("verlet"))
 
 

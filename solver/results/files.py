@@ -6,7 +6,7 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..checks import flag
+from ..checks import flag, shown
 from ..errors import InputError, ResultFileError
 
 
@@ -15,6 +15,8 @@ def output_path(output, overwrite, resume):
     resume, overwrite = flag("resume", resume), flag("overwrite", overwrite)
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other")
+    if resume and output is None:
+        raise InputError("resume needs output, the file to continue")
     return None if output is None else writable_path(output, overwrite or resume)
 
 
@@ -27,8 +29,7 @@ def writable_path(path, overwrite=False):
     """
     path, exists = regular_file(path)
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists; overwrite (--overwrite on the command line) "
-                              "replaces it")
+        raise ResultFileError(f"{path} exists; overwrite replaces it")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     return path
@@ -80,7 +81,7 @@ def regular_file(given):
         except (FileNotFoundError, NotADirectoryError):
             return path, False
     except (TypeError, ValueError, OSError, RuntimeError) as error:
-        raise ResultFileError(f"{str(given)!r} is not a path of a file: "
+        raise ResultFileError(f"{shown(given)} is not a path of a file: "
                               f"{reason(error)}") from None
     if not regular:
         raise ResultFileError(f"{path} is not a regular file")

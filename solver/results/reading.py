@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from ..errors import ResultFileError
+from ..signatures import File, checked
 from .checkpoint import newest_slot
 from .files import reason, regular_file
 
@@ -20,7 +21,8 @@ FRAMES = ("displacement", "normal", "strain_energy")
 """What a result file must hold to be read."""
 
 
-def read(path):
+@checked
+def read(path: File):
     """Contents of a result file, of dynamics or statics, up to its newest checkpoint.
 
     Returns:
@@ -30,6 +32,7 @@ def read(path):
         ``nodes``, ``quads``.
 
     Raises:
+        InputError: no path.
         ResultFileError: no such file, not a corovec file, or damaged.
     """
     path, _ = regular_file(path)

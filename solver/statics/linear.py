@@ -4,13 +4,16 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
+from ..model.model import Model
+from ..signatures import checked
 from ..system.failure import SingularMatrix
 from .equilibrium import Equilibrium
 from .settings import StaticSettings
 
 
+@checked
 @threadpool_limits.wrap(limits=1)
-def solve_linear(model, solver="skyline"):
+def solve_linear(model: Model, solver="skyline"):
     """Linear solution K(0) U = F(t = 1) from the initial configuration, K(0) without loads.
 
     Args:
