@@ -122,6 +122,7 @@ def test_run_of_an_own_model_file(tmp_path):
     assert {row[3] for row in model.provenance()} == {"given"}
     assert [load.force for load in model.model(4).loads] == [
         (0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.0, 0.5, 0.0)]
+    assert [model.load_number(4, k) for k in range(3)] == [0, 1, 1]
     again = json.loads(corovec("info", str(output), "--json").stdout)
     assert again["case"] == "strip.toml" and again["newton"] == summary["newton"]
 
@@ -142,6 +143,30 @@ def test_errors_in_an_own_model_file(tmp_path, change, message):
     done = corovec("run", str(path))
     assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
     assert f"{path}: " in done.stderr and message in done.stderr
+
+
+@pytest.mark.parametrize("change, options, message", [
+    (("", ""), ("--dt", "0.1"),
+     "loads[0].history: --dt 0.1 s is too long for its time function"),
+    (("dt = 0.01", "dt = 0.03"), (), "defaults: end_time 0.2 s is not a multiple of dt 0.03 s"),
+    (("", ""), ("--dt", "0.03"), "defaults.end_time of {path} 0.2 s is not a multiple of --dt"),
+])
+def test_errors_name_a_value_as_it_was_given(tmp_path, change, options, message):
+    """An option, or its place in the file, whose loads have other numbers than the model's."""
+    path = tmp_path / "strip.toml"
+    path.write_text(SHELL.replace(*change))
+    assert message.format(path=path) in corovec("run", str(path), *options).stderr
+
+
+def test_summaries_tell_what_folds(tmp_path):
+    """Both of a run and of its file; a benchmark of three plates has them."""
+    path = tmp_path / "plates.h5"
+    run = json.loads(corovec("run", "plates", "--dt", "0.01", "--end-time", "0.01", "--output",
+                             str(path), "--json").stdout)
+    assert run["edges"] == {"folded": 12, "smooth": 754, "smallest_fold": 90.0,
+                            "largest_smooth": 0.0}
+    assert ("edges                  folded 12, smooth 754, smallest fold 90, largest smooth 0 deg"
+            in corovec("info", str(path)).stdout)
 
 
 def test_all_errors_of_a_model_file_at_once(tmp_path):

@@ -21,6 +21,7 @@ from corovec import (
     StaticSettings,
     StepError,
     arc_length,
+    data_frame,
     line_load,
     load_control,
     read,
@@ -559,3 +560,17 @@ def test_every_case_describes_itself():
     assert text["settings"]["newton"] == {"kind": "modified", "tolerance": 1e-6,
                                           "min_iterations": 3, "max_iterations": 20}
     assert len(text["fingerprint"]) == 64 and text["machine"]["processor"]
+
+
+def test_a_history_becomes_a_data_frame(tmp_path, model):
+    """Every column, vectors by their components; of a run, its file and a static path."""
+    result = simulate(model, Settings(dt=0.01, end_time=0.1), output=tmp_path / "run.h5")
+    table = result.frame()
+    assert len(table) == 11 and np.array_equal(table["time"], result.history["time"])
+    for k, c in enumerate("xyz"):
+        assert np.array_equal(table[f"angular_momentum_{c}"],
+                              result.history["angular_momentum"][:, k])
+    assert len(table.columns) == len(result.history.dtype.names) + 6
+    assert table.equals(data_frame(read(tmp_path / "run.h5")["history"])[table.columns])
+    with pytest.raises(InputError, match="history must be the history of a result, is None"):
+        data_frame(None)

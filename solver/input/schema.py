@@ -4,6 +4,7 @@ A value is given plainly, ``thickness = 0.1`` in the unit that the code understa
 it comes from: ``thickness = { value = 0.1, unit = "m", provenance = "printed", source = "..." }``.
 """
 
+from functools import partial
 from typing import Annotated, Generic, Literal, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from ..checks import HUGE, LARGEST, TINY, text
+from ..checks import LARGEST, number, positive, text
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.loads import NodalLoad, TimeFunction, line_load
@@ -27,10 +28,10 @@ from ..model.model import Model
 from ..signatures import checked
 
 Provenance = Literal["printed", "derived", "assumed", "calibrated", "given"]
-Number = Annotated[float, Strict(), Field(gt=-HUGE, lt=HUGE)]
-Positive = Annotated[float, Strict(), Field(ge=TINY, lt=HUGE)]
+Number = Annotated[float, Strict(), AfterValidator(partial(number, "a number"))]
+Positive = Annotated[float, Strict(), Field(gt=0.0), AfterValidator(partial(positive, "it"))]
 Count = Annotated[int, Strict(), Field(gt=0, le=LARGEST)]
-Name = Annotated[str, AfterValidator(lambda name: text("a name", name))]
+Name = Annotated[str, AfterValidator(partial(text, "a name"))]
 Polar = Annotated[float, Strict(), Field(gt=0.0, lt=180.0)]
 Point = tuple[Number, Number, Number]
 Divisions = tuple[Count, Count]
