@@ -25,9 +25,10 @@ def load_case(name):
         InputError: unknown name, or a file with errors (all of them, each with its path in the
             file).
     """
-    return _load(choice("case", name, case_names()))
+    return read_case(choice("case", name, case_names()))
 
 
 @cache
-def _load(name):
+def read_case(name):
+    """The same, of a name that is known."""
     return read_model(FOLDER / f"{name}.toml")

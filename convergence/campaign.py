@@ -1,7 +1,8 @@
 """Many runs: each with one result file, never computed twice; or in memory, for studies of models.
 
 >>> from corovec.convergence import run_many
->>> results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
+>>> if __name__ == "__main__":
+...     results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
 """
 
 import os

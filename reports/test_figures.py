@@ -155,7 +155,7 @@ def test_sequence_magnifies(recordings):
         3.0 * (once["x"] - rest["x"]).to_numpy())
 
 
-@pytest.mark.parametrize("time", [-0.1, 1.3, np.nan])
+@pytest.mark.parametrize("time", [-0.1, 1.3])
 def test_sequence_outside_the_run(recordings, time):
     with pytest.raises(InputError, match=f"time {time:g} s is not in l30, which is recorded from 0 "
                                          "to 1.2 s"):
