@@ -46,9 +46,9 @@ def load_control(model: Model, factors, settings: StaticSettings = DEFAULT,
         StepError: no convergence even with the smallest step: a mechanism, or a limit point,
             where arc length goes on.
     """
-    factors = floats("load factors", factors, (None,))
+    factors = floats("factors", factors, (None,))
     if np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
-        raise InputError("load factors must be a list of numbers that ascend from above zero")
+        raise InputError("factors must be a list of numbers that ascend from above zero")
     output = output_path(output, overwrite, resume)
     path = Path(model, settings)
     path.begin(factors[0], output, overwrite, resume, len(factors), method="load control",
