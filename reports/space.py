@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from corovec.solver.checks import number
 from corovec.solver.model.mesh import vector_areas
+from corovec.solver.names import mathtext
 
 from .style import COLOURS, VERMILLION
 
@@ -125,7 +126,8 @@ class Space:
         """``text`` at a point, moved by ``offset`` [points of print]."""
         style = {"ha": "center", "va": "center", "zorder": 6, **style}
         return self.axes.annotate(
-            text, self.view(point), offset, textcoords="offset points", annotation_clip=False,
+            mathtext(text), self.view(point), offset, textcoords="offset points",
+            annotation_clip=False,
             path_effects=[withStroke(linewidth=1.8, foreground="white")], **style)
 
     def dot(self, point, color):
