@@ -43,6 +43,7 @@ class Run:
 
     @property
     def elements(self):
+        """Number of elements of its mesh."""
         return len(self.model.quads)
 
     @property

@@ -44,6 +44,7 @@ class Recording:
 
     @property
     def elements(self):
+        """Number of elements of its mesh."""
         return len(self.quads)
 
     @property

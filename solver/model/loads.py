@@ -48,6 +48,7 @@ class TimeFunction:
             raise InputError(f"time function: times {shown(self.times)} must increase")
 
     def __call__(self, time):
+        """f at a time [s]."""
         if time >= self.times[-1]:
             return self.values[-1]
         return float(np.interp(time, *self._points))
