@@ -1,7 +1,13 @@
 """Errors that a user can cause, and a warning; each message is one line that names the thing and
 its place."""
 
+import sys
+import warnings
+
 from .names import printable
+
+INNER = ("corovec", "contextlib", "threadpoolctl")
+"""Packages that a warning is not about: it names the line of the user that called them."""
 
 
 class _OneLine(Exception):
@@ -30,3 +36,11 @@ class AccuracyWarning(UserWarning):
 
 class ResultFileWarning(UserWarning):
     """Something at the end of a result file is damaged, and what was written before it is used."""
+
+
+def warn(message, category):
+    """A warning of one line, about the user's line that called this package."""
+    depth, frame = 1, sys._getframe()
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] in INNER:
+        depth, frame = depth + 1, frame.f_back
+    warnings.warn(printable(message), category, stacklevel=depth)

@@ -1,6 +1,7 @@
 """Energy and the work of the loads: a run that breaks their balance does not return in silence."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from corovec import (
     Model,
     Newton,
     NodalLoad,
+    Pressure,
     Scheme,
     Settings,
     StepError,
@@ -56,10 +58,14 @@ def test_no_energy_from_nothing(model, dt, kind):
     assert gap(result) < 1e-5
 
 
+ENDED = {11}
+"""Seeds whose loads fold a plate that no step resolves."""
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_any_stiffness_load_and_step(seed):
     """E dt^2/(rho L^2) from 1 to 1e12, dt to 1e3 s, loads that turn by 1e-8 to 5 rad a step: energy
-    and work agree, or it is said that they do not."""
+    and work agree, or the run ends."""
     rng = np.random.default_rng(seed)
     size, density, dt = 10.0**rng.uniform((-3, 0, -5), (2, 4, 3))
     thickness = size * 10.0**rng.uniform(-3, -0.8)
@@ -69,15 +75,61 @@ def test_any_stiffness_load_and_step(seed):
     model = turned(size, thickness, youngs, density, force, dt * 2 * rng.integers(1, 5),
                    int(rng.integers(1, 4)), rng.uniform(0.0, 0.45))
     kind = ("modified", "full")[seed % 2]
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
-        try:
-            result = simulate(model, Settings(dt=dt, end_time=20 * dt, newton=Newton(kind)))
-        except StepError as error:
-            assert "energy" in str(error) or "converge" in str(error)
-            return
-    assert gap(result) < (balance.END_SHARE if any("energy" in str(w.message) for w in told)
-                          else balance.RUN_SHARE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        settings = Settings(dt=dt, end_time=20 * dt, newton=Newton(kind))
+        if seed in ENDED:
+            with pytest.raises(StepError, match="no convergence"):
+                simulate(model, settings)
+        else:
+            assert gap(simulate(model, settings)) < 1e-3
+
+
+def pulse_at(force, function, youngs=1e6, velocity=None):
+    plate = rectangle(1.0, 1.0, (3, 3))
+    return Model(plate.nodes, plate.quads, 0.1, youngs, 0.3, 1.0, velocity=velocity,
+                 loads=[NodalLoad(0, (0.0, 0.0, force), function)])
+
+
+def test_small_loads_before_large_ones():
+    """A pulse that begins with 1e-44 of its peak, and a tiny constant load: energies at rounding
+    error are compared with nothing, and no step is halved for them."""
+    t = np.linspace(0.0, 1.0, 101)
+    bell = TimeFunction(tuple(t), tuple(np.exp(-((t - 0.4) / 0.04)**2)))
+    late = TimeFunction((0.0, 0.5, 0.6, 0.7), (1e-12, 1e-12, 1.0, 0.0))
+    for function in (bell, late):
+        result = simulate(pulse_at(1.0, function), Settings(dt=0.01, end_time=1.0))
+        assert result.history["halvings"].sum() == 0 and gap(result) < 1e-3
+
+
+@pytest.mark.parametrize("speed", [1e-2, 1.0, 100.0])
+def test_no_energy_from_nothing_in_moving_shells(speed):
+    """The steel plate flies as well: its energy about the mass centre is the work as it is at
+    rest, and the energy of its vibrations no larger part of it."""
+    model = turned(5e-3, 1e-4, 2.1e11, 7850.0, 1e-8, 0.2)
+    moving = replace(model, velocity=np.tile([0.0, 0.0, speed], (len(model.nodes), 1)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        last = simulate(moving, Settings(dt=1e-2, end_time=0.5)).history[-1]
+    assert last["strain_energy"] < 1e-3 * 6e-13
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5])
+def test_sudden_loads_with_dissipation_are_not_halved(rho):
+    """Generalized-alpha overshoots in the first step after a sudden load, as it should."""
+    model = pulse_at(1.0, TimeFunction((0.0,), (1.0,)))
+    result = simulate(model, Settings(dt=0.01, end_time=0.5, scheme=Scheme(rho_inf=rho)))
+    assert result.history["halvings"].sum() == 0
+
+
+def test_work_of_pressure_with_dissipation():
+    """It is that of the dead force equal to it on a flat plate that only moves: m v^2/2."""
+    plate = rectangle(1.0, 1.0, (2, 2))
+    pulse = TimeFunction((0.0, 0.05, 0.1), (0.0, 1.0, 0.0))
+    model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0, loads=[Pressure(10.0, None, pulse)])
+    result = simulate(model, Settings(dt=0.01, end_time=0.2, scheme=Scheme(rho_inf=0.0)))
+    work = result.history["external_work"][-1]
+    assert work == pytest.approx(0.5 * 0.1 * (10.0 * 0.05 / 0.1)**2, rel=0.02)
 
 
 def test_steps_longer_than_the_vibrations():
@@ -100,9 +152,9 @@ def wrong_work(monkeypatch, factor):
     """Count ``factor`` times the work of the loads."""
     settle = balance.settle
 
-    def wrong(scheme, state, time, before, after, work):
+    def wrong(scheme, state, time, before, after, work, roundoff):
         state.external_work += (factor - 1.0) * work
-        settle(scheme, state, time, before, after, factor * work)
+        settle(scheme, state, time, before, after, factor * work, roundoff)
     monkeypatch.setattr(balance, "settle", wrong)
 
 
@@ -133,17 +185,16 @@ def test_a_balance_that_is_somewhat_off_is_told(monkeypatch):
 
 @pytest.mark.parametrize(("scheme", "missed", "wrong"), [
     (Scheme(), 0.1, True), (Scheme(), -0.1, True), (Scheme(), 0.01, False),
-    (Scheme(rho_inf=0.5), 0.1, True), (Scheme(rho_inf=0.5), -0.1, False),
-    (Scheme("newmark"), 0.1, False), (Scheme(), np.nan, True)])
+    (Scheme(rho_inf=0.5), 0.1, False), (Scheme("newmark"), 0.1, False), (Scheme(), np.nan, True)])
 def test_who_must_keep_the_balance(scheme, missed, wrong):
-    """Dissipation may lose energy; the baseline newmark may do what it likes."""
+    """Only schemes that conserve: dissipation loses energy, the baseline newmark does anything."""
     _, state, _ = stepper(Scheme())
     state.peak = 1.0
     if wrong:
         with pytest.raises(NotConverged):
-            balance.settle(scheme, state, 0.0, 0.5, 0.5 + missed, 0.0)
+            balance.settle(scheme, state, 0.0, 0.5, 0.5 + missed, 0.0, 1e-9)
     else:
-        balance.settle(scheme, state, 0.0, 0.5, 0.5 + missed, 0.0)
+        balance.settle(scheme, state, 0.0, 0.5, 0.5 + missed, 0.0, 1e-9)
 
 
 @pytest.mark.parametrize("kind", ["modified", "full"])

@@ -18,8 +18,9 @@ MAX_DAMPINGS = 4
 """How often a correction is halved when it would leave the chart of a normal."""
 
 REST = 4.0
-"""Times the kinetic energy: the work that undoes a start at rest, where the velocities are those of
-a rigid motion.  A start with the rates that takes more to undo is left for one at rest."""
+"""Times the kinetic energy about the mass centre: the work that undoes a start at rest, where the
+velocities are those of a rigid motion.  A start with the rates that takes more to undo is left for
+one at rest."""
 
 KEPT_TOLERANCE = 1e-12
 """A kept matrix goes on until the work ratio to be expected after the last correction is this times
@@ -118,7 +119,8 @@ class Iteration:
     def solve(self, problem, rule, record, *, at_rest=False):
         """The increment of a step.
 
-        It starts from dt U_dot or, ``at_rest``, from no increment at all.  Membrane vibrations far
+        It starts from dt U_dot or, ``at_rest``, from no more than dt times the mean velocity of a
+        free shell.  Membrane vibrations far
         faster than the step are never damped; their rates say nothing of what comes, but undoing
         dt times them may take many times the energy of the motion, and then it is by that work that
         Eq. (67) would measure when to end.
@@ -140,21 +142,22 @@ class Iteration:
         new = not (rule.keep and kept.serves(problem.step))
         if not new:
             kept.carry(problem.state, problem.place)
-        kinetic = problem.place.observed.kinetic
-        floor = system.roundoff_work(kinetic)
-        correction = delta = problem.dt * (0.0 if at_rest else 1.0) * problem.state.velocity
+        observed = problem.place.observed
+        floor = system.roundoff_work(observed.kinetic)
+        velocity = system.mean_velocity(observed) if at_rest else problem.state.velocity
+        correction = delta = problem.dt * velocity
         first = last = 0.0
         made = -1
-        first_number = 0 if at_rest else 1
-        for k in range(first_number, first_number + rule.max_iterations):
+        for k in range(0 if at_rest else 1, rule.max_iterations + 1):
             delta = self._assemble(problem, delta, correction, new)
             if new:
                 self._factorize(problem, rule.keep, record)
                 made = k
             correction, work = self._correct()
             record.iterations += 1
-            if k == 1 and not at_rest and work > REST * kinetic + floor and np.any(delta):
-                raise RatesMislead(f"the rates take {work:.3g} J to undo")
+            if k == 1 and not at_rest and np.any(delta):
+                if work > REST * system.inner_kinetic(observed) + floor:
+                    raise RatesMislead(f"the rates take {work:.3g} J to undo")
             if first == 0.0:
                 first = work
             elif k == 1:  # the start at rest was a prediction

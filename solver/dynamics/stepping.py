@@ -83,22 +83,30 @@ class Stepper:
             NotConverged: energy came from nothing; the state is as it was.
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
-        applied = problem.loads.dead.forces if system.all_dead else system.residual.applied
-        scheme_work = work = float(applied @ delta)
-        if self._scheme.alpha_f != 0.5:  # the loads at the middle are nearer to their mean
-            middle = system.loads(time + 0.5 * dt).dead.forces
-            work += float((middle - problem.loads.dead.forces) @ delta)
-        before = place.observed.energy
+        work = self._work(problem, time, delta)
+        before = place.observed
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
             switches = system.coordinates.renew(state, dt)
             system.observe(state, place)
             state.external_work += work
-            balance.settle(self._scheme, state, time + dt, before, place.observed.energy,
-                           scheme_work)
+            balance.settle(self._scheme, state, time + dt, before.energy, place.observed.energy,
+                           work, system.roundoff_work(before.kinetic))
         except NotConverged:
             state.take(self._before)
             system.observe(state, place)
             raise
         record.switches += switches
+
+    def _work(self, problem, time, delta):
+        """Work of the loads in a step [J], with their values at its middle."""
+        system = self.system
+        loads = problem.loads
+        if self._scheme.alpha_f != 0.5:
+            loads = system.loads(time + 0.5 * problem.dt)
+            if not system.all_dead:
+                system.assemble(problem.state, problem.place, problem.step, delta, loads,
+                                averaged=problem.averaged, tangent=False)
+        applied = loads.dead.forces if system.all_dead else system.residual.applied
+        return float(applied @ delta)

@@ -140,15 +140,12 @@ def add_couples(nodes, quads, moments, motion, delta, weight, forces):
 def add_couples_stiffness(dofs, storage, quads, moments, motion, delta, step, values, skew):
     """Add their stiffness to the symmetric part of a matrix, and to the skew part if it has one."""
     y, couple, k_c = np.empty((3, 3)), _couple(), np.empty((4, 5, 4, 5))
-    change, w_change, force = np.empty(3), np.empty(3), np.empty(3)
+    change, w_change, force, moment = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(quads.shape[0]):
-        if not _place(quads[k, 0], quads[k], moments[k], dofs.nodes, motion, delta,
+        for c in range(3):
+            moment[c] = step.stiffness * moments[k, c]
+        if not _place(quads[k, 0], quads[k], moment, dofs.nodes, motion, delta,
                       1.0 - step.alpha_f, y, couple):
             continue
-        for c in range(3):
-            couple.t[c] *= step.stiffness
-            couple.w[c] *= step.stiffness
-            change[c] = step.stiffness * moments[k, c]
-        moment = change.copy()
         _stiffness(moment, couple, k_c, change, w_change, force)
         add_cell(dofs, storage, quads[k], (5, 3, 3, 3), k, k_c, values, skew)

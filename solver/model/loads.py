@@ -95,7 +95,7 @@ class NodalMoment:
 
     It turns the normal: ``f_n = A1^T (M x p)``.  A smooth node has no rotation about its normal:
     the part of M along it is carried by a couple of forces on each element around the node, which
-    has exactly this moment (``kernels.couples``).
+    has exactly this moment (``kernels.couples``).  At a clamped node a moment does nothing.
     """
 
     node: int

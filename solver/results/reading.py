@@ -1,13 +1,12 @@
 """Reading a result file: what it holds is checked first, and what is read against its checksums."""
 
-import warnings
 from contextlib import contextmanager
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
-from ..errors import ResultFileError, ResultFileWarning
+from ..errors import ResultFileError, ResultFileWarning, warn
 from ..signatures import File, checked
 from .checkpoint import valid_slots
 from .checksums import intact, of_fixed
@@ -98,8 +97,8 @@ def load(file, path, whole=False):
                   [(fields[name], shape[0]) for name, (_, shape) in sizes.fields.items()])
     step, packed, n = _newest_good(slots, plan, good)
     if frames_shown(file) > n:
-        warnings.warn(f"{path}: what follows step {step} is damaged or incomplete; that step is "
-                      "the newest good checkpoint", ResultFileWarning, stacklevel=4)
+        warn(f"{path}: what follows step {step} is damaged or incomplete; that step is the newest "
+             "good checkpoint", ResultFileWarning)
     _check_values(file, sizes, history[:step + 1])
     return Stored(sizes, description, step, packed, history[:step + 1], plan, plan[:n], fields)
 

@@ -44,6 +44,9 @@ def arc_length(model: Model, length: Positive, until: Callable,
     Returns:
         ``StaticResult``, a row for each step, the first at zero load.
 
+    Warns:
+        AccuracyWarning: rounding leaves few digits.
+
     Raises:
         InputError: a load depends on time, none acts on a free component, or a displacement is
             prescribed.

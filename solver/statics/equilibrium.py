@@ -126,7 +126,8 @@ class Equilibrium:
         """
         last = self.works[-1]
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
-            judge(math.sqrt(last / first), "Newton's iteration ends at rounding error alone")
+            of = max(first, self.place.observed.strain)  # of a small increment few digits serve
+            judge(math.sqrt(last / of), "Newton's iteration ends at rounding error alone")
             return True
         return k > 1 and last <= self.settings.tolerance * first
 

@@ -40,6 +40,9 @@ def load_control(model: Model, factors, settings: StaticSettings = DEFAULT,
     Returns:
         ``StaticResult``, a row for each factor.
 
+    Warns:
+        AccuracyWarning: rounding leaves few digits.
+
     Raises:
         InputError: factors do not ascend, or a rigid motion is left free.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.

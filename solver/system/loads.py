@@ -91,17 +91,18 @@ class FollowerPressure:
 
 
 class NormalCouples:
-    """Moments about the normals of smooth nodes, shared alike by the elements around them.
+    """Moments about the normals of smooth nodes, shared alike by the elements around them; those at
+    clamped nodes go to the support.
 
     Attributes:
         cells: (n, 4) nodes of these elements, the one with the moment first.
     """
 
     def __init__(self, model):
-        smooth = np.diff(model.directors.first) == 1
+        turning = (np.diff(model.directors.first) == 1) & ~model.fixed.all(axis=1)
         patterns = {}
         for load in model.loads:
-            if isinstance(load, NodalMoment) and smooth[load.node]:
+            if isinstance(load, NodalMoment) and turning[load.node]:
                 pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
                 pattern[load.node] += load.moment
         loaded = np.zeros(len(model.nodes), dtype=bool)

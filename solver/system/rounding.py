@@ -1,10 +1,8 @@
 """How many digits of a solution rounding has left."""
 
-import warnings
-
 import numpy as np
 
-from ..errors import AccuracyWarning, StepError
+from ..errors import AccuracyWarning, StepError, warn
 
 FEW, NONE = 1e-3, 0.1
 """Relative errors from which a solution is warned of, and refused."""
@@ -26,4 +24,4 @@ def judge(error, cause):
     if not error < NONE:
         raise StepError(found)
     if error > FEW:
-        warnings.warn(found, AccuracyWarning, stacklevel=4)
+        warn(found, AccuracyWarning)

@@ -62,6 +62,7 @@ class System:
         self.translations = self.numbering.translations
         self.nodal_mass = np.zeros(len(model.nodes))
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
+        self._mass = float(self.nodal_mass.sum())
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
         self._work = nodal_work(len(model.nodes), len(model.normals))
@@ -182,6 +183,22 @@ class System:
     def displacement(self, state):
         """(n_nodes, 3) displacements since t = 0 [m]."""
         return state.x - self.model.nodes + state.x_low
+
+    def mean_velocity(self, observed):
+        """Rates (n_dof,) of the translation of a free shell with its mass centre; zero of one with
+        supports."""
+        rates = np.zeros(self.numbering.n_dof)
+        if not self.dofs.any_fixed:
+            rates[self.translations] = observed.linear_momentum / self._mass
+        return rates
+
+    def inner_kinetic(self, observed):
+        """Kinetic energy less that of the translation with the mass centre, of a free shell [J]."""
+        if self.dofs.any_fixed:
+            return observed.kinetic
+        momentum = observed.linear_momentum
+        inner = observed.kinetic - 0.5 * float(momentum @ momentum) / self._mass
+        return max(inner, np.finfo(float).eps * observed.kinetic)
 
     def roundoff_work(self, kinetic):
         """Work of a residual that is rounding error alone: (4 eps)^2 (sum E h A + 2 T), T the
