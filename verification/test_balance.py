@@ -204,6 +204,17 @@ def test_elements_lost_in_their_coordinates(kind):
     plate = rectangle(1.0, 1.0, (1, 1))
     model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
                   velocity=np.tile([1e18, 1e17, 0.0], (4, 1)))
-    with pytest.warns(AccuracyWarning, match="halvings in 10 steps"):
+    with pytest.warns(AccuracyWarning, match="halvings in the first"):
         result = simulate(model, Settings(dt=0.1, end_time=1.0, newton=Newton(kind)))
     assert np.allclose(result.displacement, [1e18, 1e17, 0.0], rtol=1e-12, atol=0.1)
+
+
+def test_many_halvings_are_told_as_soon_as_they_are():
+    """Not at the end of a long run: at the step where they are many, once, with a time step."""
+    told = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        simulate(load_case("l-plate").model(30), Settings(dt=0.1, end_time=8.0),
+                 progress=lambda step, n_steps, row: told.append(len(caught)))
+    assert told[-1] == len(caught) == 1 and told.index(1) < 40
+    assert "a smaller dt, of about 0.0" in str(caught[0].message)

@@ -61,8 +61,7 @@ def settle(scheme, state, time, before, after, work, roundoff):
 
 
 def review(scheme, history, roundoff):
-    """Warn of a run whose energy and work drifted apart, whose steps were halved often, or whose
-    energy is near rounding error.
+    """Warn of a run whose energy and work drifted apart, or whose energy is near rounding error.
 
     Args:
         scheme: ``Scheme``.
@@ -72,8 +71,8 @@ def review(scheme, history, roundoff):
     Raises:
         StepError: energy is rounding error alone.
     """
-    energy, n_steps = total_energy(history), len(history) - 1
-    work, gained = history["external_work"], energy - energy[0] - history["external_work"]
+    energy, work = total_energy(history), history["external_work"]
+    gained = energy - energy[0] - work
     wrong = gained if scheme.rho_inf < 1.0 else np.abs(gained)  # some is to be lost with less
     worst, peak = int(np.argmax(wrong)), max(energy.max(), np.abs(work).max())
     if peak > 0.0:
@@ -83,7 +82,21 @@ def review(scheme, history, roundoff):
         warn(f"at t = {history['time'][worst]:.6g} s the energy of the shell has changed by "
              f"{energy[worst] - energy[0]:.4g} J, the loads did {work[worst]:.4g} J of work: "
              "take a smaller dt", AccuracyWarning)
-    halvings = int(history["halvings"].sum())
-    if halvings > MANY_HALVINGS * n_steps and halvings >= FEW_HALVINGS:
-        warn(f"{halvings} halvings in {n_steps} steps: a smaller dt is faster and more "
-             "accurate", AccuracyWarning)
+
+
+class Halvings:
+    """Warns once of a run whose steps are halved often, as soon as they are."""
+
+    def __init__(self, dt, before):
+        """``dt``: the time step [s]; ``before``: halvings of the part that is resumed."""
+        self._dt, self._count, self._told = dt, before, False
+
+    def add(self, step, halvings):
+        """Count those of a ``step``, the number of which is that of the steps so far."""
+        self._count += halvings
+        if (halvings and not self._told and self._count >= FEW_HALVINGS
+                and self._count > MANY_HALVINGS * step):
+            self._told = True
+            parts = (step + self._count) / step
+            warn(f"{self._count} halvings in the first {step} steps: a smaller dt, of about "
+                 f"{0.5 * self._dt / parts:.1g} s, is faster and more accurate", AccuracyWarning)

@@ -49,7 +49,7 @@ class Drift:
     angular_momentum_printed: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Histories and last state of a run.
 
@@ -72,6 +72,11 @@ class Result:
     solver: str
     seconds: Seconds
     settings: Settings
+
+    def __repr__(self):
+        last = self.history[-1]
+        return (f"<Result: {len(self.history) - 1} steps to {last['time']:g} s, "
+                f"{len(self.displacement)} nodes, {self.total_energy[-1]:.6g} J>")
 
     @property
     def total_energy(self):

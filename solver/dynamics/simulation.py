@@ -16,7 +16,7 @@ from ..runtime.provenance import describe
 from ..signatures import File, checked
 from ..system.failure import told
 from ..system.system import System
-from .balance import review
+from .balance import Halvings, review
 from .newton import StepRecord
 from .result import Result
 from .settings import Settings
@@ -106,6 +106,7 @@ class _Run:
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
+        self._halvings = Halvings(settings.dt, 0)
         self._fill(0, StepRecord())
 
     def record(self, output, overwrite, resume, case):
@@ -122,10 +123,12 @@ class _Run:
                                              self.history[:1], self._frame(0),
                                              settings.frame_steps, overwrite)
         self._written = self.done + 1
+        self._halvings = Halvings(settings.dt, int(self.history["halvings"].sum()))
 
     def append(self, step, record):
         """The history row of a step, and its frame if it has one."""
         self._fill(step, record)
+        self._halvings.add(step, record.halvings)
         if self._recorder and step in self.frame_of_step:
             self._recorder.write(step, self.state, self.history[self._written:step + 1],
                                  self._frame(step))

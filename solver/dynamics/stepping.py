@@ -55,8 +55,8 @@ class Stepper:
             self._accept(problem, time, self._solve(problem, record), record)
         except NotConverged as failure:
             if depth == MAX_HALVINGS:
-                raise StepError(f"no convergence at t = {time:.9g} s with dt = {dt:.3g} s: "
-                                f"{failure}") from None
+                raise StepError(f"no convergence at t = {time:.9g} s though the step was divided "
+                                f"into {2**depth}, dt = {dt:.3g} s: {failure}") from None
             record.halvings += 1
             half = 0.5 * dt
             self.advance(state, place, time, half, record, depth + 1)

@@ -8,14 +8,14 @@ PACKAGE = __name__.partition(".")[0]
 
 
 class _Announcement(event.Listener):
-    """Speaks when the first kernel is compiled, to someone at a terminal or in a notebook."""
+    """Speaks when the first kernel is compiled."""
 
     def __init__(self):
         self._made = False
 
     def on_start(self, event):
         kernel = event.data["dispatcher"].py_func
-        if kernel.__module__.startswith(f"{PACKAGE}.") and _someone_reads():
+        if kernel.__module__.startswith(f"{PACKAGE}."):
             self.make()
 
     def on_end(self, event):
@@ -25,10 +25,6 @@ class _Announcement(event.Listener):
         if not self._made:
             self._made = True
             print("corovec: compiling the kernels, about a minute, once", file=sys.stderr)
-
-
-def _someone_reads():
-    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
 
 
 _announcement = _Announcement()

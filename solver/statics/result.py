@@ -12,7 +12,7 @@ NODAL = ("displacement", "normal", "reaction")
 """Values of the nodes that are kept with every row, (n_nodes, 3)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class StaticResult:
     """Equilibrium states, one a row.
 
@@ -41,6 +41,10 @@ class StaticResult:
     solver: str
     indefinite: int
     seconds: float
+
+    def __repr__(self):
+        return (f"<StaticResult: {len(self.factors)} equilibria to factor "
+                f"{self.factors[-1]:.6g}, {self.displacement.shape[1]} nodes>")
 
 
 class Rows:
