@@ -40,6 +40,9 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
     Returns:
         ``StaticResult``, a row for each step, the first at zero load.
 
+    Warns:
+        AccuracyWarning: as of ``load_control``.
+
     Raises:
         InputError: a load depends on time, none acts on a free component, or a displacement is
             prescribed.

@@ -35,6 +35,9 @@ def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None
     Returns:
         ``StaticResult``, a row for each factor.
 
+    Warns:
+        AccuracyWarning: rounding leaves few digits of the displacements or of the reactions.
+
     Raises:
         InputError: factors do not ascend, or a rigid motion is left free.
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
