@@ -7,7 +7,7 @@ Provenance is ``printed`` (the paper's text or tables), ``derived`` (follows fro
 from functools import cache
 from pathlib import Path
 
-from corovec.solver.errors import InputError
+from corovec.solver.checks import choice
 from corovec.solver.input.files import read_model
 
 FOLDER = Path(__file__).parent
@@ -18,7 +18,6 @@ def case_names():
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
-@cache
 def load_case(name):
     """The ``ModelFile`` of the benchmark ``name``.
 
@@ -26,6 +25,10 @@ def load_case(name):
         InputError: unknown name, or a file with errors (all of them, each with its path in the
             file).
     """
-    if name not in case_names():
-        raise InputError(f"case '{name}' is unknown, must be one of: {', '.join(case_names())}")
+    return read_case(choice("case", name, case_names()))
+
+
+@cache
+def read_case(name):
+    """The same, of a name that is known."""
     return read_model(FOLDER / f"{name}.toml")

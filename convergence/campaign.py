@@ -1,25 +1,26 @@
 """Many runs: each with one result file, never computed twice; or in memory, for studies of models.
 
 >>> from corovec.convergence import run_many
->>> results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
+>>> if __name__ == "__main__":
+...     results = run_many([(model, Settings(dt=0.02, end_time=1.0)) for model in models])
 """
 
 import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Mapping
-from concurrent.futures import wait
+from collections.abc import Callable
+from concurrent.futures import Executor, wait
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-
-import numpy as np
+from typing import Annotated
 
 from corovec import InputError, ResultFileError, read, simulate, warm_up
-from corovec.solver.checks import optional, shown
+from corovec.solver.checks import shown
 from corovec.solver.results.files import replacing, writable_folder
-from corovec.solver.runtime.execution import complete, failure, processes
+from corovec.solver.runtime.execution import Workers, complete, failure, processes
+from corovec.solver.signatures import Count, File, checked
 
 from .run import Run, as_run, code_version
 from .store import inspect, record, set_aside
@@ -77,7 +78,8 @@ class Campaign:
         ResultFileError: the folder cannot be written.
     """
 
-    def __init__(self, folder, workers, notify=warnings.warn):
+    @checked
+    def __init__(self, folder: File, workers: Workers, notify: Callable = warnings.warn):
         self.folder = writable_folder(folder)
         self._workers, self._notify = workers, notify
         self._bar = None
@@ -142,7 +144,15 @@ class Campaign:
         return outcome
 
 
-def run_many(items, executor=None, jobs=None):
+def _executor(name, value):
+    if not callable(getattr(value, "submit", None)):
+        raise InputError(f"{name} must be a concurrent.futures.Executor or None, is {shown(value)}")
+    return value
+
+
+@checked
+def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, _executor] = None,
+             jobs: Count = None):
     """Run many models and keep the results in memory.
 
     Args:
@@ -158,17 +168,11 @@ def run_many(items, executor=None, jobs=None):
     Raises:
         InputError: an item or ``jobs`` is not what it should be; nothing has been computed.
     """
-    if isinstance(items, str | Mapping) or not np.iterable(items):
-        raise InputError(f"items must be a list of pairs (model or case, settings), is "
-                         f"{shown(items)}")
-    optional("executor", executor, lambda given: callable(getattr(given, "submit", None)),
-             "a concurrent.futures.Executor")
-    runs = [as_run(item) for item in items]
     if executor is None:
         ended = {run: error or value
-                 for run, value, error in complete(processes(jobs), _compute, runs)}
-        return [ended[run] for run in runs]
-    futures = [executor.submit(_compute, run) for run in runs]
+                 for run, value, error in complete(processes(jobs), _compute, items)}
+        return [ended[run] for run in items]
+    futures = [executor.submit(_compute, run) for run in items]
     wait(futures)
     return [failure(future) or future.result() for future in futures]
 

@@ -6,6 +6,8 @@ from contextlib import nullcontext
 
 import click
 
+from corovec.solver.names import printable
+
 
 @click.command()
 @click.argument("cases", metavar="[CASE]...", nargs=-1)
@@ -148,10 +150,10 @@ def calibrate(case, elements, dt, output, overwrite):
     peak = factor * old.value
     with replacing(path) as partial:
         partial.write_text(calibrated_text(find_model(case), peak, found), encoding="utf-8")
-    click.echo(f"peak of {free}(t) {peak:.8g} {old.unit}, calibrated, written to {path}")
+    click.echo(f"peak of {free}(t) {peak:.8g} {old.unit}, calibrated, written to {printable(path)}")
 
 
 def _tell(text):
     """A line on standard error that leaves the progress bar whole."""
     from tqdm import tqdm
-    tqdm.write(f"corovec: warning: {text}", file=sys.stderr)
+    tqdm.write(f"corovec: warning: {printable(text)}", file=sys.stderr)

@@ -3,6 +3,7 @@
 import click
 import numpy as np
 
+from corovec.solver.names import printable
 from corovec.verification.case import OK
 
 from .study import printed_results
@@ -22,7 +23,7 @@ def show(study, tables, folder):
     _show_verdicts(tables["verdicts"], tables["runs"])
     if why := assumptions(study.definition):
         click.echo(f"Agreement is not proof: {why} (corovec list shows them).")
-    click.echo(f"Tables and verdicts: {folder}\n")
+    click.echo(f"Tables and verdicts: {printable(folder)}\n")
 
 
 def _show_mesh(mesh):

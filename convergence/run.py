@@ -10,6 +10,7 @@ from pathlib import Path
 from corovec import InputError, Model, Settings, solver
 from corovec.benchmarks import load_case
 from corovec.solver.checks import shown
+from corovec.solver.fields import check_fields
 from corovec.solver.runtime.provenance import fingerprint
 
 
@@ -21,11 +22,17 @@ class Run:
         model: ``Model``.
         settings: ``Settings``.
         case: name of its benchmark, if any.
+
+    Raises:
+        InputError: no model, settings or name.
     """
 
     model: Model
     settings: Settings
     case: str | None = None
+
+    def __post_init__(self):
+        check_fields(self)
 
     @cached_property
     def key(self):
@@ -36,6 +43,7 @@ class Run:
 
     @property
     def elements(self):
+        """Number of elements of its mesh."""
         return len(self.model.quads)
 
     @property
@@ -49,8 +57,9 @@ class Run:
                 f"{s.end_time:g} s, {s.scheme.name}, rho_inf {s.scheme.rho_inf:g}")
 
 
-def as_run(item):
-    """A ``Run`` from itself, or from a pair of a model, or a case's name, and settings.
+def as_run(name, item):
+    """``item``, called ``name`` in errors, as a ``Run``: itself, or a pair of a model, or a case's
+    name, and settings.
 
     A name stands for the default mesh of its case.
 
@@ -62,14 +71,14 @@ def as_run(item):
     try:
         model, settings = item
     except (TypeError, ValueError):
-        raise InputError("a run must be a Run or a pair (model or case, settings), is "
+        raise InputError(f"{name} must be a Run or a pair (model or case, settings), is "
                          f"{shown(item)}") from None
     case = model if isinstance(model, str) else None
     if case is not None:
         definition = load_case(case)
         model = definition.model(definition.defaults.elements)
     if not isinstance(model, Model) or not isinstance(settings, Settings):
-        raise InputError(f"a run must be a pair (model or case, settings), is a pair of "
+        raise InputError(f"{name} must be a pair (model or case, settings), is a pair of "
                          f"{type(model).__name__} and {type(settings).__name__}")
     return Run(model, settings, case)
 

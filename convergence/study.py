@@ -110,6 +110,7 @@ class CaseStudy:
 
     @property
     def paper_dt(self):
+        """Time step of the paper [s]."""
         return self.definition.paper.dt.value
 
     @property
@@ -151,12 +152,15 @@ class CaseStudy:
         return sorted({*steps, self.paper_dt}, reverse=True) if self.size.paper_step else steps
 
     def mesh_run(self, elements, dt):
+        """``Run`` of the mesh study."""
         return self._run(elements, dt, FREE_FLIGHT * self.unloaded_at)
 
     def temporal_run(self, dt):
+        """``Run`` of the study of the time step."""
         return self.mesh_run(self.elements[0], dt)
 
     def drift_run(self, dt, rho_inf=1.0):
+        """``Run`` of a long flight."""
         frames = None
         if self.motion and rho_inf == 1.0:
             frames = round(FRAMES * self.drift_time / self.unloaded_at)

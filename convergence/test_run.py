@@ -108,10 +108,10 @@ def test_equal_runs_have_equal_hashes_in_every_process():
 
 def test_as_run():
     settings = Settings(dt=0.01, end_time=0.1)
-    named = run.as_run(("l-plate", settings))
+    named = run.as_run("item", ("l-plate", settings))
     assert named.case == "l-plate" and named.elements == 120
-    assert run.as_run(named) is named
-    assert run.as_run((named.model, settings)).case is None
+    assert run.as_run("item", named) is named
+    assert run.as_run("item", (named.model, settings)).case is None
 
 
 @pytest.mark.parametrize("item, message", [
@@ -123,4 +123,4 @@ def test_as_run():
 ])
 def test_as_run_refuses_what_is_no_run(item, message):
     with pytest.raises(InputError, match=message):
-        run.as_run(item)
+        run.as_run("item", item)

@@ -4,6 +4,8 @@ import sys
 
 import click
 
+from corovec.solver.names import printable
+
 VIEW = click.option("--view", nargs=2, type=float, metavar="ELEVATION AZIMUTH",
                     help="Where to look from [degrees].  Default: where most is seen.")
 SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
@@ -54,7 +56,7 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
         for name, draw in bar:
             bar.set_postfix_str(name)
             for path in save(*draw(), folder, name, formats, overwrite):
-                tqdm.write(str(path), file=sys.stdout)
+                tqdm.write(printable(path), file=sys.stdout)
 
 
 @click.command()
@@ -89,8 +91,9 @@ def animate(file, output, fps, frames, follow, scale, view, overwrite):
             bar.total = n
             bar.update(k - bar.n)
 
-        click.echo(film(recording, output, fps=fps, frames=frames, scale=scale, view=view,
-                        follow=follow, overwrite=overwrite, progress=progress))
+        path = film(recording, output, fps=fps, frames=frames, scale=scale, view=view,
+                    follow=follow, overwrite=overwrite, progress=progress)
+        click.echo(printable(path))
 
 
 @click.command()
@@ -150,7 +153,8 @@ def reproduce(names, size, jobs, output, list_only, page_only):
 
             failed = run_parts(chosen, folder, jobs, tell, running)
     page = build(size, folder, jobs or usable_cores())
-    click.echo(f"{page} ({page.stat().st_size / 1e6:.1f} MB)")
+    click.echo(f"{printable(page)} ({page.stat().st_size / 1e6:.1f} MB)")
     if failed:
-        click.echo(f"{failed} of {len(chosen)} parts failed; their logs are in {folder / 'parts'}")
+        logs = printable(folder / "parts")
+        click.echo(f"{failed} of {len(chosen)} parts failed; their logs are in {logs}")
         sys.exit(1)

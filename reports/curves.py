@@ -1,16 +1,20 @@
 """Figures of histories: energies, momenta, displacements over time, convergence."""
 
 from itertools import cycle
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
-from corovec.solver.dynamics.result import total_energy
+from corovec.solver.checks import choice, instance, vector
+from corovec.solver.dynamics.result import End, Rows, total_energy
 from corovec.solver.errors import InputError
+from corovec.solver.names import mathtext
+from corovec.solver.signatures import checked
 
+from .recording import Recording
 from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
 
 MOST_ROWS = 20_000
@@ -34,8 +38,41 @@ class Curve(NamedTuple):
     slope: float
 
 
+def _several(name, recordings):
+    """A list of ``Recording`` s, not empty."""
+    if not np.iterable(recordings) or not (found := list(recordings)):
+        raise InputError(f"{name} must be a list of recordings, not empty")
+    return [instance(f"{name}[{k}]", one, Recording) for k, one in enumerate(found)]
+
+
+def _points(name, points):
+    """``{name: place}``, not empty."""
+    if not instance(name, points, dict):
+        raise InputError(f"{name} must not be empty")
+    return {point: vector(f"{name}[{point!r:.80}]", place, "m") for point, place in points.items()}
+
+
+def _components(name, components):
+    """``{name of a point: letters}`` of x, y and z."""
+    for point, letters in instance(name, components, dict).items():
+        for letter in instance(f"{name}[{point!r:.80}]", letters, str):
+            choice(f"{name}[{point!r:.80}]", letter.lower(), tuple("xyz"))
+    return components
+
+
+def _curves(name, curves):
+    """A list of ``Curve`` s, not empty."""
+    if not np.iterable(curves) or not (found := list(curves)):
+        raise InputError(f"{name} must be a list of curves, not empty")
+    return [instance(f"{name}[{k}]", one, Curve) for k, one in enumerate(found)]
+
+
+Recordings = Annotated[list, _several]
+
+
+@checked
 @styled
-def energies(history, unloaded_at=np.inf, end=None):
+def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
     """Kinetic, strain and total energy and the work of the loads over time.
 
     Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.
@@ -70,8 +107,9 @@ def energies(history, unloaded_at=np.inf, end=None):
     return figure, data
 
 
+@checked
 @styled
-def total_energies(recordings):
+def total_energies(recordings: Recordings):
     """Total energy over time, mesh by mesh (Fig. 3d).
 
     Returns:
@@ -91,8 +129,9 @@ def total_energies(recordings):
     return figure, data
 
 
+@checked
 @styled
-def momenta(history, unloaded_at=np.inf, end=None):
+def momenta(history: Rows, unloaded_at: End = np.inf, end: float = None):
     """Linear and angular momentum about the origin over time, the latter by both definitions.
 
     Figs. 3b, 3c, 8, 16.  Angular momentum of the consistent mass, sum m_ij x_i x v_j, and as
@@ -138,8 +177,10 @@ def momenta(history, unloaded_at=np.inf, end=None):
     return figure, data
 
 
+@checked
 @styled
-def displacements(recordings, points, components=None):
+def displacements(recordings: Recordings, points: Annotated[dict, _points],
+                  components: Annotated[dict, _components] = None):
     """Displacements of points over time, run by run (Figs. 4, 12).
 
     Args:
@@ -175,14 +216,15 @@ def displacements(recordings, points, components=None):
                       label=label)
         _over_time(axes, data[across], recordings[0].unloaded_at)
         axes.set_xlabel("")
-        axes.set_ylabel(f"{c.upper()} displacement\nof {name} [m]")
+        axes.set_ylabel(f"{c.upper()} displacement\nof {mathtext(name)} [m]")
     column[-1].set_xlabel("load factor" if static else "time [s]")
     _legend(figure)
     return figure, data
 
 
+@checked
 @styled
-def convergence(curves):
+def convergence(curves: Annotated[list, _curves]):
     """Errors against the elements along an edge on logarithmic axes, with their slopes (Fig. 5).
 
     Each line has its regression's slope and passes through the means of the logarithms, where
@@ -201,7 +243,7 @@ def convergence(curves):
         n, errors = n[errors > 0.0], errors[errors > 0.0]
         edge = np.log(np.sqrt(n))
         fit = np.exp(np.log(errors).mean() + curve.slope * (edge - edge.mean()))
-        axes.plot(np.exp(edge), errors, marker, color=colour, label=curve.name,
+        axes.plot(np.exp(edge), errors, marker, color=colour, label=mathtext(curve.name),
                   fillstyle="full" if marker == "o" else "none")
         axes.plot(np.exp(edge), fit, color=colour, linestyle=dashes, linewidth=0.9,
                   label=f"slope {curve.slope:.2f}")
@@ -233,7 +275,7 @@ def _rows(history, end):
 def _labels(recordings):
     """Names of the curves of several runs: their meshes, or the runs where meshes are the same."""
     sizes = [recording.elements for recording in recordings]
-    return [f"{size} elements" if len(set(sizes)) == len(sizes) else recording.name
+    return [f"{size} elements" if len(set(sizes)) == len(sizes) else mathtext(recording.name)
             for size, recording in zip(sizes, recordings)]
 
 

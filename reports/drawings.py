@@ -127,6 +127,7 @@ class Sources:
 
     @property
     def finest(self):
+        """The recording on the finest mesh of the case."""
         return self.recordings[-1]
 
 

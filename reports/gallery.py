@@ -65,7 +65,7 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
     figures["displacements" if several else f"{recordings[0].name}-displacements"] = partial(
         displacements, recordings, points)
     if several and not recordings[0].static:
-        figures["total-energies"] = partial(total_energies, recordings)
+        figures["energies"] = partial(total_energies, recordings)
     return figures
 
 

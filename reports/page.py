@@ -71,7 +71,7 @@ def build(size, folder, jobs=1):
         plotly=_plotly() if players else "")
     path = page / "index.html"
     with replacing(path) as draft:
-        draft.write_text(html, encoding="utf-8")
+        draft.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
 
 

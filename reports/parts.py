@@ -162,6 +162,7 @@ class Stamps:
         return stamp if whole and isinstance(stamp["seconds"], (int, float, NoneType)) else None
 
     def write(self, part, status, seconds=None, message=""):
+        """Note what became of a part."""
         stamp = {"part": part.name, "command": self._command(part), "code": part.code,
                  "inputs": self._inputs(part), "status": status, "seconds": seconds,
                  "message": message,

@@ -8,6 +8,7 @@ import numpy as np
 
 from corovec.solver.errors import InputError, ResultFileError
 from corovec.solver.model.mesh import node_at, vector_areas
+from corovec.solver.names import printable
 from corovec.solver.results.reading import read
 
 
@@ -34,7 +35,7 @@ class Recording:
         if len(contents["displacement"]) < 2:
             raise ResultFileError(f"{path} holds the start of a run and no frame after it: nothing "
                                   "to draw")
-        return cls(Path(path).stem, contents)
+        return cls(printable(Path(path).stem), contents)
 
     @property
     def case(self):
@@ -43,6 +44,7 @@ class Recording:
 
     @property
     def elements(self):
+        """Number of elements of its mesh."""
         return len(self.quads)
 
     @property

@@ -1,15 +1,21 @@
 """Figures in space: the mesh with its loads, and the deformed shell at several instants."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
+from corovec.solver.checks import numbers, shown
+from corovec.solver.errors import InputError
+from corovec.solver.input.schema import ModelFile
 from corovec.solver.model.loads import NodalLoad, TimeFunction
 from corovec.solver.model.mesh import element_edges
+from corovec.solver.names import mathtext
+from corovec.solver.signatures import checked
 
+from .recording import Recording
 from .space import Space, View, best_view, bounds, density_bar, density_scale
 from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
 
@@ -41,8 +47,34 @@ class Drawn(NamedTuple):
     label: str
 
 
+def _shell(name, model):
+    """Anything with nodes and quads."""
+    if isinstance(model, type) or not (hasattr(model, "nodes") and hasattr(model, "quads")):
+        raise InputError(f"{name} must be a Model or a Recording, is {shown(model)}")
+    return model
+
+
+def _angles(name, view):
+    """An elevation and an azimuth [degrees]."""
+    items = numbers(name, view)
+    if len(items) != 2:
+        raise InputError(f"{name} must be (elevation, azimuth), is {shown(view)}")
+    return items
+
+
+def _times(name, times):
+    items = numbers(name, times)
+    if not items:
+        raise InputError(f"{name} must not be empty")
+    return items
+
+
+Angles = Annotated[tuple, _angles]
+
+
+@checked
 @styled
-def mesh_and_loads(model, case=None, view=None):
+def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, view: Angles = None):
     """The undeformed mesh with its loads at their largest, and their functions of time.
 
     Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; the longest one is
@@ -86,8 +118,10 @@ def mesh_and_loads(model, case=None, view=None):
     return figure, _mesh_table(model, loads, points, functions)
 
 
+@checked
 @styled
-def sequence(recording, times=None, scale=1.0, view=None):
+def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale: float = 1.0,
+             view: Angles = None):
     """Deformed shells at several instants, coloured by strain energy density.
 
     Figs. 6, 9, 13, 17.  A shell that travels is drawn along its way, in one space; one that stays
@@ -233,8 +267,9 @@ def _name_load(space, load, arrow, nodes):
 
 def _draw_functions(axes, functions, labels):
     for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
-        axes.plot(history.times, history.values, color=colour, linestyle=dashes, label=f"{name}(t)")
-    axes.set(xlabel="time [s]", ylabel=", ".join(labels))
+        axes.plot(history.times, history.values, color=colour, linestyle=dashes,
+                  label=f"{mathtext(name)}(t)")
+    axes.set(xlabel="time [s]", ylabel=", ".join(map(mathtext, labels)))
     if len(functions) > 1:
         axes.legend()
 

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from corovec.solver.checks import number
 from corovec.solver.model.mesh import vector_areas
+from corovec.solver.names import mathtext
 
 from .style import COLOURS, VERMILLION
 
@@ -116,6 +117,7 @@ class Space:
             zorder=3), autolim=False)
 
     def arrow(self, tail, tip, color=VERMILLION):
+        """Draw an arrow between two points (3,) [m]."""
         tail, tip = self.view((tail, tip))
         self.axes.annotate("", tip, tail, annotation_clip=False, zorder=5, arrowprops={
             "arrowstyle": "-|>", "color": color, "linewidth": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
@@ -125,10 +127,12 @@ class Space:
         """``text`` at a point, moved by ``offset`` [points of print]."""
         style = {"ha": "center", "va": "center", "zorder": 6, **style}
         return self.axes.annotate(
-            text, self.view(point), offset, textcoords="offset points", annotation_clip=False,
+            mathtext(text), self.view(point), offset, textcoords="offset points",
+            annotation_clip=False,
             path_effects=[withStroke(linewidth=1.8, foreground="white")], **style)
 
     def dot(self, point, color):
+        """Mark a point (3,) [m]."""
         self.axes.plot(*self.view(point), "o", color=color, markersize=4.0, zorder=6,
                        clip_on=False)
 

@@ -7,11 +7,17 @@ has a line style of its own as well, so that a grey print can be read.
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
+from typing import Annotated
 
 import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from pandas import DataFrame
 
+from corovec.solver.checks import choice, shown
 from corovec.solver.errors import InputError
 from corovec.solver.results.files import replacing, writable_path
+from corovec.solver.signatures import File, checked
 
 BLUE, ORANGE, GREEN, PURPLE, BLACK, SKY, VERMILLION = (
     "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#D55E00")
@@ -65,16 +71,24 @@ def styled(function):
     return call
 
 
+def _formats(name, formats):
+    """Some of ``FORMATS``."""
+    given = () if isinstance(formats, str) or not np.iterable(formats) else tuple(formats)
+    if not given:
+        raise InputError(f"{name} must be a list of {', '.join(FORMATS)}, is {shown(formats)}")
+    return tuple(choice("format", kind, FORMATS) for kind in given)
+
+
 def targets(folder, name, formats=("svg", "png")):
     """Paths of the files that ``save`` writes."""
-    for kind in formats:
-        if kind not in FORMATS:
-            raise InputError(f"format '{kind}' is unknown, must be one of: {', '.join(FORMATS)}")
+    formats = _formats("formats", formats)
     return [Path(folder) / f"{name}.{kind}" for kind in (*formats, "csv")]
 
 
+@checked
 @styled
-def save(figure, data, folder, name, formats=("svg", "png"), overwrite=False):
+def save(figure: Figure, data: DataFrame, folder: File, name: str,
+         formats: Annotated[tuple, _formats] = ("svg", "png"), overwrite: bool = False):
     """Write a figure in each of ``formats``, and its data as CSV; returns the paths.
 
     Every file is complete or not there.  The same figure makes the same bytes.
@@ -90,7 +104,7 @@ def save(figure, data, folder, name, formats=("svg", "png"), overwrite=False):
     for path, kind in zip(paths, (*formats, "csv")):
         with replacing(path) as partial:
             if kind == "csv":
-                data.to_csv(partial, index=False)
+                data.to_csv(partial, index=False, errors="backslashreplace")
             else:
                 figure.savefig(partial, format=kind, metadata=FORMATS[kind], bbox_inches=box)
     return paths

@@ -1,5 +1,6 @@
 """Commands ``corovec plot`` and ``corovec animate``."""
 
+import os
 import resource
 import shutil
 
@@ -13,11 +14,12 @@ from PIL import Image
 from corovec import InputError, ResultFileError, Settings, simulate
 from corovec.reports.cli import animate, plot
 from corovec.reports.recording import Recording
+from corovec.solver.names import printable
 from corovec.verification.helpers import corovec
 from corovec.verification.models import cross_code_plate
 
 SEVERAL = {"l30-mesh", "l30-energies", "l30-momenta", "l30-motion", "l120-mesh", "l120-energies",
-           "l120-momenta", "l120-motion", "displacements", "total-energies"}
+           "l120-momenta", "l120-motion", "displacements", "energies"}
 
 
 def call(command, *arguments):
@@ -44,6 +46,21 @@ def test_plot_of_two_meshes(runs, tmp_path):
     assert {line.rsplit("/", 1)[1] for line in done.stdout.splitlines()} == names
     table = pd.read_csv(folder / "displacements.csv")
     assert set(table["point"]) == {"S"} and set(table["elements"]) == {30, 120}
+
+
+@pytest.mark.parametrize("name", ["total", "$x{", "_a\nb", "\x1b[31mred", "b\udcff"])
+def test_plot_of_files_of_any_name(runs, tmp_path, name):
+    """Nothing is taken for a formula, a colour, a line end, or the figure of all runs."""
+    files = [tmp_path / f"{name}.h5", tmp_path / "other.h5"]
+    for file in files:
+        shutil.copy(runs[0], file)
+    folder = tmp_path / "figures"
+    done = call(plot, *map(os.fspath, files), "--output", folder)
+    assert done.exit_code == 0, done.exception
+    paths = done.output.splitlines()
+    assert len(set(paths)) == len(paths) == 2 * len(SEVERAL) and all(map(str.isprintable, paths))
+    assert len(list(folder.iterdir())) == len(paths)
+    assert set(pd.read_csv(folder / "energies.csv")["run"]) == {printable(name), "other"}
 
 
 def test_plot_refuses_to_replace_before_it_draws(runs, tmp_path):

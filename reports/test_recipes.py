@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from corovec import benchmarks
-from corovec.benchmarks import case_names, load_case
+from corovec.benchmarks import case_names, read_case
 from corovec.convergence import study
 from corovec.reports import drawings, page, parts
 from corovec.reports.parts import Results
@@ -105,7 +105,7 @@ def files_are_read_again():
 
 
 def clear():
-    for cached in (load_case, drawings.benchmarks, parts.plan):
+    for cached in (read_case, drawings.benchmarks, parts.plan):
         cached.cache_clear()
 
 

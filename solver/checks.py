@@ -1,5 +1,6 @@
 """Checks of single values: each returns the value in its own type or raises ``InputError``."""
 
+import os
 from collections import Counter
 from collections.abc import Mapping, Set
 
@@ -17,6 +18,12 @@ TINY = 1e-30
 LARGEST = 10**15
 """Integers are not larger: they are counts and numbers of nodes and elements."""
 
+LONGEST_NAME = 200
+"""Characters of a name."""
+
+LONGEST_PATH = 4096
+"""Characters of a path: no system takes more."""
+
 NOT_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating, np.datetime64,
                np.timedelta64)
 """What Python takes for a number, or converts to one, and is none here."""
@@ -25,8 +32,7 @@ NOT_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloatin
 def number(name, value, unit=""):
     """A finite float; bools, strings, arrays and masked values are refused."""
     try:
-        if (isinstance(value, NOT_NUMBERS) or np.ndim(value)
-                or np.ma.is_masked(value)):
+        if isinstance(value, NOT_NUMBERS) or not single(value) or np.ma.is_masked(value):
             raise TypeError
         result = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -60,10 +66,25 @@ def flag(name, value):
     return bool(value)
 
 
-def optional(name, value, good, what):
-    """None, or a value that is ``good``, such as ``callable``; ``what`` says that in words."""
-    if value is not None and not good(value):
-        raise InputError(f"{name} must be {what} or None, is {shown(value)}")
+def function(name, value):
+    """Something that can be called, and is no class."""
+    if not callable(value) or isinstance(value, type):
+        raise InputError(f"{name} must be a function, is {shown(value)}")
+    return value
+
+
+def text(name, value):
+    """A name: one line of printable characters."""
+    if not isinstance(value, str) or not value.isprintable() or not 1 <= len(value) <= LONGEST_NAME:
+        raise InputError(f"{name} must be one line of 1 to {LONGEST_NAME} printable characters, is "
+                         f"{shown(value)}")
+    return value
+
+
+def path(name, value):
+    """A ``str``, or a path object of the system; whether there is a file is another matter."""
+    if not isinstance(value, str | os.PathLike) or len(str(value)) > LONGEST_PATH:
+        raise InputError(f"{name} must be a path, is {shown(value)}")
     return value
 
 
@@ -81,6 +102,14 @@ def vector(name, value, unit=""):
     if items is None or len(items) != 3:
         raise InputError(f"{name} must be three numbers{_in(unit)}, is {shown(value)}")
     return tuple(number(f"{name}[{k}]", item, unit) for k, item in enumerate(items))
+
+
+def numbers(name, values):
+    """A tuple of floats from any sequence of numbers."""
+    items = _items(values)
+    if items is None:
+        raise InputError(f"{name} must be a list of numbers, is {shown(values)}")
+    return tuple(number(f"{name}[{k}]", item) for k, item in enumerate(items))
 
 
 def integers(name, values):
@@ -126,12 +155,14 @@ def instance(name, value, kind):
 
 
 def plain_array(name, values, needed):
-    """``values`` as an array; ragged rows and masked values are refused, naming the shape
+    """``values`` as an array; ragged rows, records and masked values are refused, naming the shape
     ``needed``."""
     try:
         array = np.ma.asarray(values)
-    except ValueError:
+    except (ValueError, TypeError):
         raise InputError(f"{name}: rows of different lengths, ({needed}) needed") from None
+    if array.dtype.names:
+        raise InputError(f"{name}: records given, an array ({needed}) needed")
     if np.ma.is_masked(array):
         raise InputError(f"{name}: some values are masked")
     return np.asarray(array)
@@ -156,9 +187,17 @@ def floats(name, values, shape):
     return array
 
 
+def single(value):
+    """Whether a value is one, and no array or list of any kind."""
+    try:
+        return np.ndim(value) == 0
+    except ValueError:  # ragged
+        return False
+
+
 def _items(values):
     """A tuple of the items; None for what has none or has them in no order."""
-    if isinstance(values, str | Set | Mapping):
+    if isinstance(values, str | bytes | bytearray | Set | Mapping):
         return None
     try:
         return tuple(values)

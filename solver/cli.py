@@ -7,8 +7,10 @@ that nothing in this package imports them.
 import json
 import math
 import os
+import re
 import sys
 import warnings
+from contextlib import contextmanager
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
 
@@ -16,6 +18,7 @@ import click
 
 from .errors import InputError, ResultFileError, StepError
 from .fields import called
+from .names import printable
 
 WRONG_INPUT = 2
 FAILED = 1
@@ -62,7 +65,7 @@ def main():
         if sys.stdout is not None:
             sys.stdout.flush()
     except (InputError, ResultFileError) as error:
-        _fail(_in_options(str(error)), WRONG_INPUT)
+        _fail(str(error).replace("; overwrite replaces", "; --overwrite replaces"), WRONG_INPUT)
     except StepError as error:
         _fail(error, FAILED)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -80,17 +83,24 @@ def main():
         _fail(f"{error.filename or 'output'} cannot be written: {error.strerror}", FAILED)
 
 
-def _in_options(message):
-    """An error that begins with the name of a setting in Python, such as ``rho_inf``, with its
-    option instead; plain words, such as ``scheme``, read well either way."""
-    name, _, rest = message.partition(" ")
-    if "_" not in name or name not in {option.name for option in _settings_options()}:
-        return message
-    return f"--{name.replace('_', '-')} {rest}"
+@contextmanager
+def _in_other_words(words):
+    """Errors that speak of an argument in Python, as ``rho_inf``, in the ``words`` of who gave it:
+    an option, or a place in a model file."""
+    try:
+        yield
+    except InputError as error:
+        names = "|".join(words)
+        raise InputError(re.sub(rf"(?<![\w'.-])({names})(?![\w'.])",
+                                lambda found: words[found[0]], str(error))) from None
+
+
+def _option(name):
+    return "--" + name.replace("_", "-")
 
 
 def _fail(message, status):
-    click.echo(f"corovec: error: {message}", err=True)
+    click.echo(f"corovec: error: {printable(message)}", err=True)
     sys.exit(status)
 
 
@@ -135,28 +145,32 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         raise InputError("--resume needs --output, the file to continue")
     if output is not None:
         output = str(writable_path(output, overwrite or resume))
-    definition = read_model(find_model(model))
-    settings = _settings(options, definition.defaults)
+    path = find_model(model)
+    definition = read_model(path)
+    words = _words(options, path)
+    settings = _settings(options, definition.defaults, words)
     elements = definition.defaults.elements if elements is None else elements
-    shell = definition.model(elements, membrane=membrane)
-    case = os.path.basename(model)  # of a benchmark its name
+    with _in_other_words({"membrane": "--membrane"}):
+        shell = definition.model(elements, membrane=membrane)
+    case = printable(os.path.basename(model))  # of a benchmark its name
     if not as_json:
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
-            click.echo(f"{output} does not exist yet: a new run")
+            click.echo(f"{printable(output)} does not exist yet: a new run")
     compile_seconds = warm_up()
     with _Progress(settings.n_steps, shell.unloaded_at) as progress:
         try:
-            result = simulate(shell, settings, output=output, overwrite=overwrite, resume=resume,
-                              progress=progress, case=case)
+            with _in_other_words(words), _in_file(definition, path, elements):
+                result = simulate(shell, settings, output=output, overwrite=overwrite,
+                                  resume=resume, progress=progress, case=case)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
     _show({"case": case, "elements": elements, "nodes": len(shell.nodes), "membrane": membrane,
-           **asdict(settings), "solver": result.solver,
+           "edges": shell.folds._asdict(), **asdict(settings), "solver": result.solver,
            **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
@@ -175,18 +189,46 @@ def _options(field):
     unit = f" [{about['unit']}]" if about["unit"] else ""
     given = field.default is not MISSING
     rest = "" if given else "  Default: the model file's."
-    return [click.Option(["--" + called(field).replace("_", "-")], type=field.type,
+    return [click.Option([_option(called(field))], type=field.type,
                          default=field.default if given else None, show_default=given,
                          help=f"{about['help'].removesuffix('.')}{unit}.{choices}{rest}")]
 
 
-def _settings(options, defaults):
-    """``Settings`` of the options of a command; those without a value are of ``defaults``."""
+@contextmanager
+def _in_file(definition, path, elements):
+    """Errors of a load of the model as those of the load in its file."""
+    try:
+        yield
+    except InputError as error:
+        load = re.match(r"load (\d+): ", str(error))
+        if not load:
+            raise
+        number = definition.load_number(elements, int(load[1]))
+        raise InputError(f"{path}: loads[{number}].history: {str(error)[load.end():]}") from None
+
+
+def _words(options, path):
+    """``{name of a setting: what it is called where it was given}``."""
+    from .dynamics.settings import Settings
+    own = [field for field in fields(Settings) if not is_dataclass(field.type)]
+    return {field.name: _option(called(field)) if options[called(field)] is not None else
+            f"defaults.{field.name} of {path}" for field in own}
+
+
+def _settings(options, defaults, words):
+    """``Settings`` of the options of a command; those without a value are of ``defaults``.
+
+    ``words``: what those of ``Settings`` itself are called in errors.
+    """
     from .dynamics.settings import Settings
 
     def made(kind):
-        return kind(**{field.name: made(field.type) if is_dataclass(field.type) else
-                       value(field) for field in fields(kind)})
+        values = {field.name: made(field.type) if is_dataclass(field.type) else value(field)
+                  for field in fields(kind)}
+        called_here = words if kind is Settings else {
+            field.name: _option(called(field)) for field in fields(kind)}
+        with _in_other_words(called_here):
+            return kind(**values)
 
     def value(field):
         option = options[called(field)]
@@ -216,6 +258,7 @@ def info(file, as_json):
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
+        "edges": description["edges"],
         **description["settings"], "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome,
@@ -289,7 +332,7 @@ def _indefinite(history):
     return None if history["indefinite"].min() < 0 else int(history["indefinite"].sum())
 
 
-UNITS = {"dt": "s", "length": "m", "reaction": "N", "end_time": "s", "time": "s",
+UNITS = {"edges": "deg", "dt": "s", "length": "m", "reaction": "N", "end_time": "s", "time": "s",
          "kinetic_energy": "J", "strain_energy": "J", "total_energy": "J", "external_work": "J",
          "linear_momentum": "kg m/s", "angular_momentum": "kg m^2/s", "unloaded_at": "s",
          "seconds": "s"}
@@ -316,4 +359,4 @@ def _number(value):
         return f"{value:.6g}"
     if isinstance(value, list):
         return "(" + ", ".join(f"{v:.6g}" for v in value) + ")"
-    return str(value)
+    return printable(value)

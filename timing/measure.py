@@ -75,6 +75,7 @@ class Sample:
         return Sample(self.cpu + other.cpu, self.wall + other.wall)
 
     def scaled(self, factor):
+        """The same, ``factor`` times as long."""
         return Sample(tuple(factor * t for t in self.cpu), tuple(factor * t for t in self.wall))
 
     def row(self, prefix):

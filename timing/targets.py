@@ -55,6 +55,7 @@ class Target:
             "no")
 
     def row(self):
+        """The row of the table."""
         return {**vars(self), "met": self.met}
 
 

@@ -86,6 +86,7 @@ class Row:
                 f"{self.verdict}")
 
     def as_dict(self):
+        """Its fields and verdict."""
         return {**asdict(self), "value": float(self.value), "reference": float(self.reference),
                 "difference": self.difference, "verdict": self.verdict}
 

@@ -6,6 +6,7 @@ import sys
 
 import click
 
+from corovec.solver.names import printable
 from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import complete, processes
 
@@ -65,7 +66,7 @@ def verify(names, quick, list_only, jobs, output, overwrite, as_json):
         total = sum(len(outcome.rows) for outcome in outcomes)
         click.echo(f"{total - open_rows} of {total} rows as they should be, {open_rows} deviate "
                    f"without explanation; {errors} of {len(cases)} cases failed; written to "
-                   f"{output}")
+                   f"{printable(output)}")
     if open_rows or errors:
         sys.exit(1)
 

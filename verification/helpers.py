@@ -20,6 +20,7 @@ SOLVERS = ("skyline", "dense", "auto", "superlu")
 
 
 def make_system(model, solver="skyline"):
+    """``System`` with the given solver."""
     system = System(model, "auto" if solver == "superlu" else solver)
     if solver == "superlu":
         system.solver = SuperLU(system.numbering)

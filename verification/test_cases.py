@@ -160,19 +160,20 @@ def test_bad_file_gives_all_errors_at_once(tmp_path):
     for message in ("parameters.thickness.value: Input should be greater than 0",
                     "parameters.poisson.value: Input should be a valid number",
                     "parameters.density: Field required", "parameters.densty: Extra inputs",
-                    "histories.p: Value error, time function: times (0.0, 0.02, 0.004)",
+                    "histories.p: time function: times (0.0, 0.02, 0.004)",
                     "defaults.dt: Input should be greater than 0",
-                    "geometry.blocks.0.divisions.1: Input should be greater than 0"):
+                    "geometry.blocks[0].divisions[1]: Input should be greater than 0"):
         assert message in str(error.value)
 
 
 @pytest.mark.parametrize("change, message", [
-    (('history = "p"', 'history = "g"'), "loads: .* edge: history 'g' is not among p"),
-    (("elements = 480", "elements = 481"), "meshes: .* refinement 2 has 480 elements, not 481"),
-    (("elements = 120\ndt", "elements = 121\ndt"), "defaults: .* no mesh of 121 elements"),
+    (('history = "p"', 'history = "g"'), r"loads\[\d\].history: 'g' is not among p"),
+    (("elements = 480", "elements = 481"), r"meshes\[1\]: refinement 2 has 480 elements, not 481"),
+    (("elements = 120\ndt", "elements = 121\ndt"), "defaults.elements: no mesh of 121 elements"),
     (("line = {", "at = { value = [0.0, 0.0, 0.0], unit = \"m\", provenance = \"assumed\", "
-                  "source = \"\" }\nline = {"), "loads.0: .* either at or line"),
-    (("values = [0.0, 1.0, 0.0]", "values = [0.0, 1.0]"), "histories.p: .* 3 times but 2 values"),
+                  "source = \"\" }\nline = {"), r"loads\[0\]: either at or line"),
+    (("values = [0.0, 1.0, 0.0]", "values = [0.0, 1.0]"),
+     "histories.p: time function: 3 times but 2 values"),
 ])
 def test_contradictions_in_a_file(tmp_path, change, message):
     with pytest.raises(InputError, match=message):
@@ -181,29 +182,29 @@ def test_contradictions_in_a_file(tmp_path, change, message):
 
 def test_hemisphere_needs_one_kind_of_geometry(tmp_path):
     path = broken(tmp_path, ("[geometry.sphere]", "[other]"), name="hemisphere")
-    with pytest.raises(InputError, match="other: Extra .*|geometry: .* either blocks or sphere"):
+    with pytest.raises(InputError, match="other: Extra .*|geometry: either blocks or sphere"):
         read_model(path)
 
 
 @pytest.mark.parametrize("name, change, message", [
     ("ruler", ("[[0.15, 0.0, 0.0], [0.15,", "[[0.155, 0.0, 0.0], [0.15,"),
-     "model ruler, load centre line: no node at .0.155, 0.0"),
-    ("hemisphere", ("A = { value = [10.0", "A = { value = [11.0"), "point A: no node at .11.0"),
+     r"loads\[\d\].line: no node at .0.155, 0.0"),
+    ("hemisphere", ("A = { value = [10.0", "A = { value = [11.0"), "points.A: no node at .11.0"),
     ("hemisphere", ("[18.0, 90.0]", "[90.0, 18.0]"),
-     "geometry.sphere.polar_angles: .* upper parallel comes first"),
+     "geometry.sphere.polar_angles: the upper parallel comes first"),
     ("ruler", ("thickness = { value = 0.002", "thickness = { value = true"),
      "parameters.thickness.value: Input should be a valid number"),
     ("ruler", ("thickness = { value = 0.002", 'thickness = { value = "0.002"'),
      "parameters.thickness.value: Input should be a valid number"),
     ("ruler", ('thickness = { value = 0.002, unit = "m"', 'thickness = { value = 2, unit = "mm"'),
-     "parameters.thickness: .* in 'mm', must be in 'm'"),
-    ("ruler", ('unit = "m"\nprovenance', 'unit = "mm"\nprovenance'), "geometry: .* blocks in 'mm'"),
+     "parameters.thickness: in 'mm', must be in 'm'"),
+    ("ruler", ('unit = "m"\nprovenance', 'unit = "mm"\nprovenance'), "geometry: blocks in 'mm'"),
     ("ruler", ('42313.984198017424, unit = "N/m"', '42313.984198017424, unit = "N"'),
-     "loads: .* peak in 'N': one must be in 'N/m'"),
+     r"loads\[\d\]: force .* peak in 'N': one must be in 'N/m'"),
     ("ruler", ('dt = { value = 5e-6, unit = "s"', 'dt = { value = 5, unit = "ms"'),
-     "paper.dt: .* in 'ms', must be in 's'"),
+     "paper.dt: in 'ms', must be in 's'"),
     ("ruler", ("refinement = 2", "refinement = true"),
-     "meshes.1.refinement: Input should be a valid integer"),
+     r"meshes\[1\].refinement: Input should be a valid integer"),
 ])
 def test_impossible_values_in_a_file(tmp_path, name, change, message):
     with pytest.raises(InputError, match=message):

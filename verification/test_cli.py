@@ -122,6 +122,7 @@ def test_run_of_an_own_model_file(tmp_path):
     assert {row[3] for row in model.provenance()} == {"given"}
     assert [load.force for load in model.model(4).loads] == [
         (0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.0, 0.5, 0.0)]
+    assert [model.load_number(4, k) for k in range(3)] == [0, 1, 1]
     again = json.loads(corovec("info", str(output), "--json").stdout)
     assert again["case"] == "strip.toml" and again["newton"] == summary["newton"]
 
@@ -129,8 +130,8 @@ def test_run_of_an_own_model_file(tmp_path):
 @pytest.mark.parametrize("change, message", [
     (("thickness = 0.1", "thickness = -0.1"), "parameters.thickness: Input should be greater"),
     (("youngs = 1e5", 'youngs = "stiff"'), "parameters.youngs: Input should be a valid number"),
-    (("force = [0.0, 0.0, 2.0]", "force = [0.0, 2.0]"), "loads.0.force.2: Field required"),
-    (("at = [4.0, 1.0, 0.0]", "at = [4.0, 1.5, 0.0]"), "load tip: no node at [4.0, 1.5, 0.0]"),
+    (("force = [0.0, 0.0, 2.0]", "force = [0.0, 2.0]"), "loads[0].force[2]: Field required"),
+    (("at = [4.0, 1.0, 0.0]", "at = [4.0, 1.5, 0.0]"), "loads[0].at: no node at [4.0, 1.5, 0.0]"),
     (('name = "strip"', ""), "name: Field required"),
     (("poisson = 0.3", "poisson = 0.3\ncolour = 1"), "parameters.colour: Extra inputs"),
 ])
@@ -142,6 +143,30 @@ def test_errors_in_an_own_model_file(tmp_path, change, message):
     done = corovec("run", str(path))
     assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
     assert f"{path}: " in done.stderr and message in done.stderr
+
+
+@pytest.mark.parametrize("change, options, message", [
+    (("", ""), ("--dt", "0.1"),
+     "loads[0].history: --dt 0.1 s is too long for its time function"),
+    (("dt = 0.01", "dt = 0.03"), (), "defaults: end_time 0.2 s is not a multiple of dt 0.03 s"),
+    (("", ""), ("--dt", "0.03"), "defaults.end_time of {path} 0.2 s is not a multiple of --dt"),
+])
+def test_errors_name_a_value_as_it_was_given(tmp_path, change, options, message):
+    """An option, or its place in the file, whose loads have other numbers than the model's."""
+    path = tmp_path / "strip.toml"
+    path.write_text(SHELL.replace(*change))
+    assert message.format(path=path) in corovec("run", str(path), *options).stderr
+
+
+def test_summaries_tell_what_folds(tmp_path):
+    """Both of a run and of its file; a benchmark of three plates has them."""
+    path = tmp_path / "plates.h5"
+    run = json.loads(corovec("run", "plates", "--dt", "0.01", "--end-time", "0.01", "--output",
+                             str(path), "--json").stdout)
+    assert run["edges"] == {"folded": 12, "smooth": 754, "smallest_fold": 90.0,
+                            "largest_smooth": 0.0}
+    assert ("edges                  folded 12, smooth 754, smallest fold 90, largest smooth 0 deg"
+            in corovec("info", str(path)).stdout)
 
 
 def test_all_errors_of_a_model_file_at_once(tmp_path):
@@ -183,17 +208,17 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
 @pytest.mark.parametrize("arguments, message", [
     (("run", "plate"), "model 'plate' is unknown, must be the path of a .toml file or one of: hem"),
     (("run", "no/such/shell.toml"), "no/such/shell.toml cannot be read: No such file"),
-    (("run", "l-plate", "--newton", "broyden"), "newton 'broyden' is unknown"),
+    (("run", "l-plate", "--newton", "broyden"), "--newton 'broyden' is unknown"),
     (("run", "l-plate", "--end-time", "-1"), "--end-time must be positive [s]"),
     (("run", "l-plate", "--max-iterations", "0"), "--max-iterations must be at least 1"),
-    (("calibrate", "ruler", "--elements", "480", "--output", __file__), "exists; overwrite"),
+    (("calibrate", "ruler", "--elements", "480", "--output", __file__), "exists; --overwrite r"),
     (("run", "l-plate", "--elements", "7"), "no mesh of 7 elements"),
-    (("run", "l-plate", "--dt", "0"), "dt must be positive"),
+    (("run", "l-plate", "--dt", "0"), "--dt must be positive"),
     (("run", "l-plate", "--dt", "soon"), "'soon' is not a valid float"),
-    (("run", "l-plate", "--scheme", "euler"), "scheme 'euler' is unknown"),
-    (("run", "l-plate", "--solver", "lu"), "solver 'lu' is unknown"),
+    (("run", "l-plate", "--scheme", "euler"), "--scheme 'euler' is unknown"),
+    (("run", "l-plate", "--solver", "lu"), "--solver 'lu' is unknown"),
     (("run", "l-plate", "--rho-inf", "2"), "--rho-inf must lie in [0, 1]"),
-    (("run", "l-plate", "--membrane", "thick"), "membrane 'thick' is unknown"),
+    (("run", "l-plate", "--membrane", "thick"), "--membrane 'thick' is unknown"),
     (("run", "l-plate", "--resume"), "--resume needs --output"),
     (("run", "l-plate", "--output", "/no/such/place.h5"), "cannot be created: no folder"),
     (("info", "nothing.h5"), "nothing.h5 does not exist"),
@@ -214,7 +239,7 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("run", "l-plate", "--dt", "1e-12"), "at most 1e+08 can be recorded"),
     (("run", "l-plate", "--scheme", "newmark", "--rho-inf", "0.5"), "belong to the scheme quasi"),
     (("run", "l-plate", "--output", ""), "is not a path of a file"),
-    (("run", "l-plate", "--output", "x" * 300), f"error: '{'x' * 300}' is not a path of a file"),
+    (("run", "l-plate", "--output", "x" * 300), f"error: '{'x' * 75} ... is not a path of a file"),
     (("run", "l-plate", "--output", "/dev/null", "--overwrite"), "is not a regular file"),
     (("run", "l-plate", "--dt", "0.25", "--end-time", "1", "--speed", "9"), "No such option"),
     (("dance",), "No such command 'dance'"),

@@ -1,5 +1,6 @@
 """Wrong input: one clear line that names the thing and its place, and nothing happens."""
 
+import re
 from dataclasses import fields
 
 import numpy as np
@@ -21,6 +22,7 @@ from corovec import (
     line_load,
     line_moment,
     load_control,
+    orient,
     rigid_velocity,
     simulate,
     solve_linear,
@@ -30,7 +32,7 @@ from corovec.benchmarks import FOLDER, load_case
 from corovec.convergence import run_many
 from corovec.solver.checks import HUGE, TINY
 from corovec.solver.input.files import read_model
-from corovec.solver.model.mesh import node_at
+from corovec.solver.model.mesh import block, join, node_at, sphere_segment, vector_areas
 from corovec.verification.models import MATERIAL, rectangle
 
 NODES = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], dtype=float)
@@ -58,7 +60,7 @@ def changed(index, value):
     (NODES, [(0, 1, 4, -1), (1, 2, 5, 4)], r"element 0: node -1 does not exist"),
     (NODES, [(0, 1, 4, 3), (1, 2, 2, 4)], r"element 1: nodes \[1, 2, 2, 4\] repeat"),
     (NODES, [(0, 1, 4, 3), (1, 2, 5, 4), (4, 3, 0, 1)], r"element 2 duplicates element 0"),
-    (NODES, [(0, 1, 4, 3), (1, 4, 5, 2)], r"element 1 is inverted against its neighbour 0"),
+    (NODES, [(0, 1, 4, 3), (1, 4, 5, 2)], r"inverted against their neighbours: element 1; "),
     (NODES, [(0, 1, 3, 4), (1, 2, 5, 4)], r"element 0: degenerate or twisted, the diagonals of"),
     (changed(0, (0.9, 0.9, 0.0)), QUADS, r"element 0: degenerate, inverted or not convex at its "
                                          r"node 0"),
@@ -290,7 +292,7 @@ def test_folds_are_junctions_from_the_fold_angle_on():
 @pytest.mark.parametrize("make, message", [
     (lambda: corner(180.0, patches=(1, 2)), "node 0: the 2 plates that meet there are coplanar"),
     (lambda: corner(0.5), "node 0: the 2 plates that meet there are coplanar"),
-    (lambda: corner(170.0, flip=True), "element 1 is inverted against its neighbour 0"),
+    (lambda: corner(170.0, flip=True), "inverted against their neighbours: element 1; "),
     (lambda: corner(80.0, patches=(1, 1)), "is 50 degrees from the mean of its patch"),
     (lambda: corner(fold_angle=0.0), r"fold_angle must lie in \(0, 90\] \[degrees\], is 0"),
     (lambda: corner(patches=(1, 2, 3)), r"patches: 3 given, one an element \(2\) needed"),
@@ -364,15 +366,15 @@ def test_bad_settings(options, message):
 
 
 @pytest.mark.parametrize("kind, options, message", [
-    (Scheme, {"name": "euler"}, "scheme 'euler' is unknown, must be one of: quasi, newmark"),
-    (Scheme, {"name": None}, "scheme None is unknown"),
+    (Scheme, {"name": "euler"}, "name 'euler' is unknown, must be one of: quasi, newmark"),
+    (Scheme, {"name": None}, "name None is unknown"),
     (Scheme, {"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
     (Scheme, {"rho_inf": np.nan}, "rho_inf must be finite"),
     (Scheme, {"rho_inf": "1"}, "rho_inf must be a number, is '1'"),
     (Scheme, {"transformation": "end"}, "transformation 'end' is unknown"),
     (Scheme, {"axes": "body"}, "axes 'body' is unknown, must be one of: nodal, global"),
     (Scheme, {"name": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
-    (Newton, {"kind": "broyden"}, "newton 'broyden' is unknown, must be one of: modified, full"),
+    (Newton, {"kind": "broyden"}, "kind 'broyden' is unknown, must be one of: modified, full"),
     (Newton, {"tolerance": 0.0}, "tolerance must lie in"),
     (Newton, {"min_iterations": 0}, "min_iterations must lie in"),
     (Newton, {"min_iterations": 2.5}, "min_iterations must be an integer"),
@@ -451,8 +453,8 @@ def test_integers_have_a_bound(value):
 @pytest.mark.parametrize("wrong, message", [
     ({"overwrite": "no"}, "overwrite must be True or False, is 'no'"),
     ({"resume": 1}, "resume must be True or False"),
-    ({"progress": 5}, "progress must be a function or None, is 5"),
-    ({"case": object()}, "case must be a name or None")])
+    ({"progress": 5}, "progress must be a function, is 5"),
+    ({"case": object()}, "case must be one line of 1 to 200")])
 def test_nothing_is_touched_before_the_arguments_are_checked(tmp_path, wrong, message):
     """An earlier result stays as it was."""
     path = tmp_path / "run.h5"
@@ -464,9 +466,9 @@ def test_nothing_is_touched_before_the_arguments_are_checked(tmp_path, wrong, me
 
 
 @pytest.mark.parametrize("items, executor, message", [
-    (None, None, "items must be a list of pairs"), (3, None, "items must be a list"),
+    (None, None, "items must be a list, is None"), (3, None, "items must be a list"),
     ({}, None, "items must be a list"), ([], 3, "executor must be a concurrent.futures.Executor"),
-    ([(1, 2, 3)], None, "a run must be a Run or a pair")])
+    ([(1, 2, 3)], None, r"items\[0\] must be a Run or a pair")])
 def test_junk_for_many_runs(items, executor, message):
     with pytest.raises(InputError, match=message):
         run_many(items, executor)
@@ -481,4 +483,153 @@ def test_model_files_that_are_none(tmp_path, text, message):
     else:
         path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
+        read_model(path)
+
+
+def two_plates(distance):
+    """Two squares of side 1 that far apart."""
+    nodes = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+    return np.vstack([nodes, nodes + (distance, 0, 0)]), np.array([(0, 1, 2, 3), (4, 5, 6, 7)])
+
+
+def test_places_are_told_apart_by_the_size_of_the_elements_there():
+    """Two plates 2e9 sizes apart are two; so are a point beside one of them and its node."""
+    nodes, quads = two_plates(2e9)
+    assert len(model(nodes, quads).normals) == 8
+    joined, _ = join([(nodes[:4], quads[:1]), (nodes[4:], quads[:1])])
+    assert np.array_equal(joined, nodes)
+    assert node_at(nodes, (2e9 + 1.0, 1.0, 0.0)) == 6
+    with pytest.raises(InputError, match="no node at"):
+        node_at(nodes, (0.5, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("angle", [0.0, 90.0])
+def test_nodes_that_hang_on_an_edge(angle):
+    """One element beside two: their common node is none of its nodes, flat or at a fold."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    nodes = np.array([(-1, 0, 0), (0, 0, 0), (0, 2, 0), (-1, 2, 0), (0, 1, 0),
+                      (c, 0, s), (c, 1, s), (c, 2, s)])
+    with pytest.raises(InputError, match="node 4 lies on the edge of element 0 between its nodes"):
+        model(nodes, [(0, 1, 2, 3), (1, 5, 6, 4), (4, 6, 7, 2)])
+
+
+def test_lines_that_leave_the_edges():
+    """A line that passes over a node, and, where the elements are given, a diagonal."""
+    for make in (line_load, line_moment):
+        with pytest.raises(InputError, match="node 1 is between nodes 0 and 2"):
+            make(NODES, (0, 2), (0, 0, 1))
+        with pytest.raises(InputError, match="no element edge joins nodes 0 and 4"):
+            make(NODES, (0, 4), (0, 0, 1), quads=QUADS)
+        assert len(make(NODES, (0, 1, 2), (0, 0, 1), quads=QUADS)) == 3
+
+
+def test_all_inverted_elements_are_named_and_turned():
+    plate = rectangle(5.0, 4.0, (5, 4))
+    quads = plate.quads.copy()
+    quads[[3, 7, 8, 19]] = quads[[3, 7, 8, 19], ::-1]
+    with pytest.raises(InputError, match="inverted .* elements 3, 7, 8, 19; elements .* both run"):
+        model(plate.nodes, quads)
+    assert model(plate.nodes, orient(plate.nodes, quads)).normals[:, 2].min() == 1.0
+    many = np.where(np.arange(20)[:, None] % 2, plate.quads[:, ::-1], plate.quads)
+    with pytest.raises(InputError, match=r"\.\.\. \(10 in all\); elements"):
+        model(plate.nodes, many)
+
+
+def test_orientation_goes_beyond_folds_and_ends_at_a_moebius_strip():
+    """The sides of a box all look outwards or all inwards; a strip with a half turn has one."""
+    corners = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    box = np.array([(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4),
+                    (1, 3, 7, 5)])
+    turned = orient(corners, box)
+    middle = corners[turned].mean(axis=1) - 0.5
+    outward = np.sign(np.einsum("ei,ei->e", vector_areas(corners[turned]), middle))
+    assert abs(outward.sum()) == 6.0 and np.array_equal(turned[0], box[0])
+    n = 24
+    along = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)[:, None]
+    across = np.array([-0.2, 0.2])
+    radius = 1.0 + across * np.cos(0.5 * along)
+    strip = np.stack([radius * np.cos(along), radius * np.sin(along),
+                      across * np.sin(0.5 * along)], axis=2).reshape(-1, 3)
+    k = 2 * np.arange(n)
+    quads = np.stack([k, k + 1, np.roll(k, -1) + 1, np.roll(k, -1)], axis=1)
+    quads[-1, 2:] = quads[-1, 3], quads[-1, 2]
+    for call in (orient, model):
+        with pytest.raises(InputError, match="one side only, as a Moebius strip: .* elements 0"):
+            call(strip, quads)
+
+
+def test_edges_are_told_as_they_were_decided():
+    assert corner(136.0).folds == pytest.approx((0, 1, None, 44.0))
+    assert corner(134.0).folds == pytest.approx((1, 0, 46.0, None))
+    assert model().folds == (0, 1, None, 0.0)
+
+
+def test_a_model_shows_itself_in_one_short_line():
+    plate = rectangle(2.0, 1.0, (20, 10), loads=[NodalLoad(0, (0, 0, 1))])
+    assert repr(plate) == "Model(200 elements, 231 nodes, 1 loads, 0 supports, 2 x 1 x 0 m)"
+
+
+@pytest.mark.parametrize("kind, options, message", [
+    (Settings, {"rho_inf": 0.9}, r"Settings has no rho_inf: it belongs to scheme, as Settings\("
+                                 r"scheme=Scheme\(rho_inf=\.\.\.\)\)"),
+    (Settings, {"max_iterations": 9}, r"as Settings\(newton=Newton\(max_iterations=\.\.\.\)\)"),
+    (StaticSettings, {"dt": 0.1}, "StaticSettings has no 'dt', must be one of: solver, tolerance"),
+])
+def test_settings_of_another_place(kind, options, message):
+    with pytest.raises(InputError, match=message):
+        kind(**options)
+
+
+@pytest.mark.parametrize("divisions, message", [
+    ((8, 4), r"no smooth sphere, .*: take at least \(9, 2\)"), ((16, 1), r"at least \(9, 2\)"),
+    ((10**6, 10**6), "a mesh of 1e.12 elements is too large"), ((0, 4), r"divisions\[0\] must be")])
+def test_divisions_of_a_sphere(divisions, message):
+    with pytest.raises(InputError, match=message):
+        sphere_segment(1.0, (20.0, 90.0), divisions)
+    nodes, quads, normals = sphere_segment(1.0, (20.0, 90.0), (9, 2))
+    assert model(nodes, quads, normals=normals).folds.folded == 0
+
+
+def test_meshes_have_a_bound():
+    """It is told at once, before anything of that size is made."""
+    with pytest.raises(InputError, match="a mesh of 1e.18 elements is too large"):
+        block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (10**9, 10**9))
+
+
+PLATE_FILE = (FOLDER / "l-plate.toml").read_text()
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("refinement = 2", "refinement = 1", r"meshes\[1\]: refinement 1 has 30 elements, not 120"),
+    ("divisions = [8, 2]", "divisions = [1000000000, 1000000000]", "m.toml: .*elements"),
+    ("[10.0, 5.0, 0.0]", "[1e308, 5.0, 0.0]", r"geometry.blocks\[2\].corners\[1\]\[0\]: a numb"),
+    ('unit = "m", provenance = "assumed", source = "Fig. 4', 'unit = "km", provenance = '
+     '"assumed", source = "Fig. 4', r"points.S: in 'km', must be in 'm'"),
+    ('name = "l-plate"', 'name = "a\\nb"', "name: a name must be one line of 1 to 200 printable"),
+    ("[[meshes]]\nelements = 120", "[[meshes]]\nelements = 30\nrefinement = 1\n[[meshes]]\n"
+     "elements = 120",
+     r"meshes\[1\].elements: 30 is that of meshes\[0\] as well"),
+])
+def test_wrong_values_of_a_model_file(tmp_path, old, new, message):
+    """Each with the file and its place, and none ends in a warning or takes long."""
+    assert old in PLATE_FILE
+    path = tmp_path / "m.toml"
+    path.write_text(PLATE_FILE.replace(old, new, 1))
+    with pytest.raises(InputError, match=message) as told:
+        read_model(path)
+    assert str(told.value).startswith(f"{path}: ") and "Value error" not in str(told.value)
+
+
+def test_a_model_file_of_another_encoding(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_bytes(PLATE_FILE.encode("utf-16"))
+    with pytest.raises(InputError, match="m.toml: .*utf-8"):
+        read_model(path)
+
+
+def test_loads_of_one_name_are_refused(tmp_path):
+    path = tmp_path / "m.toml"
+    names = re.findall(r'^name = "(.*)"$', PLATE_FILE, re.MULTILINE)
+    path.write_text(PLATE_FILE.replace(f'name = "{names[2]}"', f'name = "{names[1]}"'))
+    with pytest.raises(InputError, match=rf"loads\[1\].name: {names[1]} is that of loads\[0\]"):
         read_model(path)

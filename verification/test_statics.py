@@ -338,15 +338,15 @@ def test_moments_and_pressure_in_dynamics_balance_their_work():
 
 
 @pytest.mark.parametrize("action, message", [
-    (lambda m: load_control(m, [0.5, 0.2]), "must be a list of numbers that ascend"),
-    (lambda m: load_control(m, []), "must be a list of numbers that ascend"),
-    (lambda m: load_control(m, [-1.0]), "must be a list of numbers that ascend"),
-    (lambda m: arc_length(m, 0.0, lambda f, u: True), "arc length must be positive"),
+    (lambda m: load_control(m, [0.5, 0.2]), "factors.*(numbers that ascend|needed)"),
+    (lambda m: load_control(m, []), "factors.*(numbers that ascend|needed)"),
+    (lambda m: load_control(m, [-1.0]), "factors.*(numbers that ascend|needed)"),
+    (lambda m: arc_length(m, 0.0, lambda f, u: True), "length must be positive"),
     (lambda m: arc_length(m, 1.0, None), "until must be a function"),
     (lambda m: arc_length(m, 1.0, 5), "until must be a function"),
-    (lambda m: arc_length(m, 1.0, bool, max_steps=1.5), "max_steps must be an integer, is 1.5"),
-    (lambda m: arc_length(m, 1.0, bool, max_steps=0), "max_steps must be at least 1, is 0"),
-    (lambda m: arc_length(m, 1.0, bool, wanted=0), "wanted must be at least 1, is 0"),
+    (lambda m: arc_length(m, 1.0, max, max_steps=1.5), "max_steps must be an integer, is 1.5"),
+    (lambda m: arc_length(m, 1.0, max, max_steps=0), "max_steps must be at least 1, is 0"),
+    (lambda m: arc_length(m, 1.0, max, wanted=0), "wanted must be at least 1, is 0"),
     (lambda m: StaticSettings(tolerance=2.0), "tolerance must lie in"),
     (lambda m: StaticSettings(max_iterations=1), "max_iterations must be at least 2"),
     (lambda m: load_control(m, [1.0], StaticSettings(solver="lu")), "solver 'lu' is unknown"),

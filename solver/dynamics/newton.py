@@ -49,6 +49,7 @@ class Seconds:
 
     @property
     def rest(self):
+        """What is none of the phases [s]."""
         return self.total - self.assembly - self.factorization - self.solve
 
 

@@ -1,11 +1,40 @@
 """The result of a run: histories, energies, drifts."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from ..checks import number, shown
+from ..errors import InputError
+from ..signatures import checked
 from .newton import Seconds
 from .settings import Settings
+
+
+def rows_of(name, values):
+    """A structured array of rows, of a run or a static path."""
+    columns = getattr(getattr(values, "dtype", None), "names", None) or ()
+    if "strain_energy" not in columns or not {"time", "factor"} & set(columns):
+        raise InputError(f"{name} must be the history of a result, is {shown(values)}")
+    return values
+
+
+def motion_of(name, values):
+    """The history of a run in time."""
+    if "time" not in rows_of(name, values).dtype.names:
+        raise InputError(f"{name} must be that of a run in time, is that of a static path")
+    return values
+
+
+def end_of(name, value):
+    """A time, which may be infinite [s]."""
+    return np.inf if isinstance(value, float) and value == np.inf else number(name, value, "s")
+
+
+Rows = Annotated[np.ndarray, rows_of]
+Motion = Annotated[np.ndarray, motion_of]
+End = Annotated[float, end_of]
 
 
 @dataclass(frozen=True)
@@ -49,14 +78,23 @@ class Result:
         """(n_steps + 1,) kinetic plus strain energy [J]."""
         return total_energy(self.history)
 
+    def frame(self):
+        """The history as a ``pandas.DataFrame``, see ``data_frame``."""
+        return data_frame(self.history)
+
     @property
     def drift(self):
         """``Drift`` since unloading; None if the run ends before or there."""
         return drift(self.history, self.unloaded_at, self.supported)
 
 
-def total_energy(history):
-    """Kinetic plus strain energy [J] of a history array."""
+@checked
+def total_energy(history: Motion):
+    """Kinetic plus strain energy [J] of a history array.
+
+    Raises:
+        InputError: no history of a run.
+    """
     return history["kinetic_energy"] + history["strain_energy"]
 
 
@@ -66,8 +104,38 @@ def unloaded_row(history, unloaded_at):
     return int(rows[0]) if len(rows) else None
 
 
-def drift(history, unloaded_at, supported=False):
-    """``Drift`` of a history since ``unloaded_at``; None where it ends before or there."""
+@checked
+def data_frame(history: Rows):
+    """A history as a ``pandas.DataFrame``, a row a step: vectors become columns with ``_x``, ``_y``
+    and ``_z`` behind their names.
+
+    Args:
+        history: of a ``Result`` or ``read``, of a run or a static path.
+
+    Raises:
+        InputError: no history.
+    """
+    from pandas import DataFrame
+    columns = {}
+    for name in history.dtype.names:
+        values = history[name]
+        columns |= ({name: values} if values.ndim == 1 else
+                    {f"{name}_{c}": values[:, k] for k, c in enumerate("xyz")})
+    return DataFrame(columns)
+
+
+@checked
+def drift(history: Motion, unloaded_at: End, supported: bool = False):
+    """``Drift`` of a history since ``unloaded_at``; None where it ends before or there.
+
+    Args:
+        history: of a ``Result`` or ``read``.
+        unloaded_at: time from which no load acts [s].
+        supported: whether the model has supports.
+
+    Raises:
+        InputError: an argument of another kind.
+    """
     first = unloaded_row(history, unloaded_at)
     if first is None or first == len(history) - 1:
         return None

@@ -100,6 +100,7 @@ class Settings:
 
     @property
     def n_steps(self):
+        """Number of steps."""
         return round(self.end_time / self.dt)
 
     @property

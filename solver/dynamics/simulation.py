@@ -1,11 +1,11 @@
 """Running a model: the loop over time steps."""
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import instance, optional
 from ..errors import InputError
 from ..model.model import Model
 from ..results.files import output_path
@@ -13,6 +13,7 @@ from ..results.layout import DYNAMICS
 from ..results.recorder import Recorder
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
+from ..signatures import File, checked
 from ..system.failure import told
 from ..system.system import System
 from .balance import review
@@ -25,8 +26,9 @@ LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the largest impulse."""
 
 
-def simulate(model, settings, *, output=None, overwrite=False, resume=False, progress=None,
-             case=None):
+@checked
+def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
+             resume: bool = False, progress: Callable = None, case: str = None):
     """Run ``model`` from rest (or its initial velocities) to ``settings.end_time``.
 
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
@@ -53,15 +55,9 @@ def simulate(model, settings, *, output=None, overwrite=False, resume=False, pro
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
-    instance("model", model, Model)
-    instance("settings", settings, Settings)
-    optional("progress", progress, callable, "a function")
-    optional("case", case, lambda name: isinstance(name, str), "a name")
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
-    if resume and output is None:
-        raise InputError("resume needs output, the file to continue")
     output = output_path(output, overwrite, resume)
     _check_memory(model, settings)
     _check_impulses(model, settings)

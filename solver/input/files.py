@@ -64,8 +64,8 @@ def read_model(path):
     try:
         return ModelFile.model_validate(data)
     except ValidationError as errors:
-        lines = [f"{_place(data, error['loc'])}: {error['msg']}" for error in errors.errors()]
-        raise InputError(f"{path}: " + "; ".join(lines)) from None
+        raise InputError(f"{path}: " + "; ".join(_line(data, error) for error in errors.errors())
+                         ) from None
 
 
 def calibrated_text(path, peak, calibration):
@@ -87,15 +87,21 @@ def calibrated_text(path, peak, calibration):
     return tomlkit.dumps(document)
 
 
+def _line(data, error):
+    """Where in the file an error is, and what it says; one of the whole file names its place."""
+    place, message = _place(data, error["loc"]), error["msg"].removeprefix("Value error, ")
+    return f"{place}: {message}" if place else message
+
+
 def _place(data, loc):
     """Where in the file an error is; a plain value has no ``value`` of its own."""
-    names = []
+    text = ""
     for k, name in enumerate(loc):
         if name == "value" and k and not isinstance(data, dict):
             continue
-        names.append(str(name))
+        text += f"[{name}]" if isinstance(name, int) else f".{name}"
         try:
             data = data[name]
         except (KeyError, IndexError, TypeError):
             data = {}
-    return ".".join(names) or "file"
+    return text.removeprefix(".")

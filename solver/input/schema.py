@@ -4,8 +4,10 @@ A value is given plainly, ``thickness = 0.1`` in the unit that the code understa
 it comes from: ``thickness = { value = 0.1, unit = "m", provenance = "printed", source = "..." }``.
 """
 
+from functools import partial
 from typing import Annotated, Generic, Literal, TypeVar
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -17,16 +19,20 @@ from pydantic import (
     model_validator,
 )
 
+from ..checks import LARGEST, number, positive, text
+from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.loads import NodalLoad, TimeFunction, line_load
-from ..model.mesh import block, join, line_nodes, node_at, sphere_segment
+from ..model.mesh import MOST_ELEMENTS, block, join, line_nodes, node_at, sphere_segment
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
+from ..signatures import checked
 
 Provenance = Literal["printed", "derived", "assumed", "calibrated", "given"]
-Number = Annotated[float, Strict()]
-Positive = Annotated[float, Strict(), Field(gt=0.0)]
-Count = Annotated[int, Strict(), Field(gt=0)]
+Number = Annotated[float, Strict(), AfterValidator(partial(number, "a number"))]
+Positive = Annotated[float, Strict(), Field(gt=0.0), AfterValidator(partial(positive, "it"))]
+Count = Annotated[int, Strict(), Field(gt=0, le=LARGEST)]
+Name = Annotated[str, AfterValidator(partial(text, "a name"))]
 Polar = Annotated[float, Strict(), Field(gt=0.0, lt=180.0)]
 Point = tuple[Number, Number, Number]
 Divisions = tuple[Count, Count]
@@ -110,6 +116,11 @@ class Geometry(_Strict):
         return self
 
     @property
+    def elements(self):
+        """Number of elements at refinement 1."""
+        return sum(n * m for n, m in self.divisions)
+
+    @property
     def divisions(self):
         """Divisions of every block at refinement 1."""
         return ([self.sphere.divisions.value] if self.sphere
@@ -159,7 +170,7 @@ class History(_Strict):
 class Load(_Strict):
     """A force at a point, or a force per length along the mesh line between two points."""
 
-    name: str
+    name: Name
     history: str
     at: _in("m", Point) | None = None
     line: _in("m", tuple[Point, Point]) | None = None
@@ -198,6 +209,11 @@ class Defaults(_Strict):
     elements: Count
     dt: Positive
     end_time: Positive
+
+    @model_validator(mode="after")
+    def _possible(self):
+        Settings(self.dt, self.end_time)
+        return self
 
 
 class Calibration(_Strict):
@@ -243,73 +259,75 @@ class ModelFile(_Strict):
         calibration: how the peak was found, if it is calibrated.
     """
 
-    name: str
-    title: str = ""
+    name: Name
+    title: Name | Literal[""] = ""
     paper: Paper | None = None
     parameters: Parameters
     geometry: Geometry
     meshes: list[Mesh] = Field(min_length=1)
     defaults: Defaults
-    histories: dict[str, History]
+    histories: dict[Name, History]
     loads: list[Load]
-    points: dict[str, _in("m", Point)] = {}
+    points: dict[Name, _in("m", Point)] = {}
     calibration: Calibration | None = None
 
-    @field_validator("meshes")
-    @classmethod
-    def _numbers_of_elements(cls, meshes, info):
-        if "geometry" in info.data:
-            coarse = sum(n * m for n, m in info.data["geometry"].divisions)
-            for mesh in meshes:
-                if mesh.elements != coarse * mesh.refinement**2:
-                    raise ValueError(f"refinement {mesh.refinement} has "
-                                     f"{coarse * mesh.refinement**2} elements, not {mesh.elements}")
-        return meshes
+    @model_validator(mode="after")
+    def _consistent(self):
+        problems = [*self._of_meshes(), *self._of_loads(), *self._of_places()]
+        if problems:
+            raise ValueError("; ".join(problems))
+        try:
+            self.model(self.sizes[0])
+        except InputError as error:
+            raise ValueError(f"geometry: {error}") from None
+        return self
 
-    @field_validator("defaults")
-    @classmethod
-    def _known_mesh(cls, defaults, info):
-        sizes = [mesh.elements for mesh in info.data.get("meshes", ())]
-        if sizes and defaults.elements not in sizes:
-            raise ValueError(f"no mesh of {defaults.elements} elements")
-        return defaults
+    def _of_meshes(self):
+        """What is wrong with the numbers of elements."""
+        for k, mesh in enumerate(self.meshes):
+            elements = self.geometry.elements * mesh.refinement**2
+            if mesh.elements != elements:
+                yield (f"meshes[{k}]: refinement {mesh.refinement} has {elements} elements, not "
+                       f"{mesh.elements}")
+            elif elements > MOST_ELEMENTS:
+                yield f"meshes[{k}]: {elements} elements, at most {MOST_ELEMENTS} are possible"
+        yield from _repeated("meshes", "elements", [mesh.elements for mesh in self.meshes])
+        if self.defaults.elements not in self.sizes:
+            yield f"defaults.elements: no mesh of {self.defaults.elements} elements"
 
-    @field_validator("loads")
-    @classmethod
-    def _known_histories(cls, loads, info):
-        known = info.data.get("histories")
-        unknown = [load for load in loads if known is not None and load.history not in known]
-        if unknown:
-            raise ValueError("; ".join(f"{load.name}: history '{load.history}' is not among "
-                                       f"{', '.join(known)}" for load in unknown))
-        for load in loads if known is not None else ():
-            history, wanted = known[load.history], "N" if load.at else "N/m"
+    def _of_loads(self):
+        """What is wrong with the names and units of loads, histories and peaks."""
+        yield from _repeated("loads", "name", [load.name for load in self.loads])
+        for k, load in enumerate(self.loads):
+            history = self.histories.get(load.history)
+            if history is None:
+                yield (f"loads[{k}].history: '{load.history}' is not among "
+                       f"{', '.join(self.histories)}")
+                continue
+            wanted = "N" if load.at else "N/m"
             units = [load.force.unit, history.unit, history.peak.unit if history.peak else ""]
             if sorted(units) != ["", "", wanted]:
-                raise ValueError(f"{load.name}: force in '{units[0]}', history in '{units[1]}', "
-                                 f"peak in '{units[2]}': one must be in '{wanted}', the others "
-                                 "without unit")
-        return loads
-
-    @model_validator(mode="after")
-    def _on_the_mesh(self):
-        nodes, quads, _ = self.mesh(self.sizes[0])
-        where = "loads"
-        try:
-            self.loads_on(nodes, quads)
-            for name, point in self.points.items():
-                where = f"point {name}"
-                node_at(nodes, point.value)
-        except InputError as error:
-            raise ValueError(f"{where}: {error}") from None
-        return self
-
-    @model_validator(mode="after")
-    def _calibrated_peak(self):
+                yield (f"loads[{k}]: force in '{units[0]}', history in '{units[1]}', peak in "
+                       f"'{units[2]}': one must be in '{wanted}', the others without unit")
         kinds = [history.peak.provenance for history in self.histories.values() if history.peak]
         if self.calibration and "calibrated" not in kinds:
-            raise ValueError("calibration: no history has a peak that is calibrated")
-        return self
+            yield "calibration: no history has a peak that is calibrated"
+
+    def _of_places(self):
+        """What is wrong with the places of loads and points on the mesh."""
+        if [*self._of_meshes(), *self._of_loads()]:
+            return
+        nodes, quads, _ = self.mesh(self.sizes[0])
+        for k, load in enumerate(self.loads):
+            try:
+                load.nodal(nodes, quads, self.histories[load.history].function())
+            except InputError as error:
+                yield f"loads[{k}].{'at' if load.at else 'line'}: {error}"
+        for name, point in self.points.items():
+            try:
+                node_at(nodes, point.value)
+            except InputError as error:
+                yield f"points.{name}: {error}"
 
     @property
     def heading(self):
@@ -340,25 +358,24 @@ class ModelFile(_Strict):
         return self.geometry.mesh(mesh.refinement)
 
     def loads_on(self, nodes, quads, factor=1.0):
-        """The loads, times ``factor``, as ``NodalLoad`` s of a mesh.
-
-        Raises:
-            InputError: a load point or line that the mesh does not have.
-        """
+        """The loads, times ``factor``, as ``NodalLoad`` s of a mesh."""
         functions = {name: h.function(factor) for name, h in self.histories.items()}
-        loads = []
-        for load in self.loads:
-            try:
-                loads += load.nodal(nodes, quads, functions[load.history])
-            except InputError as error:
-                raise InputError(f"model {self.name}, load {load.name}: {error}") from None
-        return loads
+        return [one for load in self.loads
+                for one in load.nodal(nodes, quads, functions[load.history])]
 
-    def model(self, elements, load_factor=1.0, **options):
+    def load_number(self, elements, k):
+        """The number in the file of the load to which ``Model.loads[k]`` belongs."""
+        nodes, quads, _ = self.mesh(elements)
+        counts = [len(load.nodal(nodes, quads, TimeFunction((0.0,), (1.0,))))
+                  for load in self.loads]
+        return int(np.searchsorted(np.cumsum(counts), k, side="right"))
+
+    @checked
+    def model(self, elements: int, load_factor: float = 1.0, **options):
         """``Model`` of the mesh with ``elements`` elements; options as of Model.
 
         Raises:
-            InputError: no such mesh, or as of ``loads_on``.
+            InputError: no such mesh, or as of ``Model``.
         """
         nodes, quads, normals = self.mesh(elements)
         values = {name: sourced.value for name, sourced in self.parameters}
@@ -383,6 +400,13 @@ class ModelFile(_Strict):
         rows += [(f"point {name}", *_columns(s)) for name, s in self.points.items()]
         rows += [(f"paper's {name}", *_columns(s)) for name, s in self.paper or ()]
         return rows
+
+
+def _repeated(place, name, values):
+    """What is wrong with ``values`` that are there again."""
+    for k, value in enumerate(values):
+        if value in values[:k]:
+            yield f"{place}[{k}].{name}: {value} is that of {place}[{values.index(value)}] as well"
 
 
 def _columns(sourced):

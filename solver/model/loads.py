@@ -9,10 +9,22 @@ from functools import cached_property
 
 import numpy as np
 
-from ..checks import choice, distinct, existing, floats, integer, integers, number, shown, vector
+from ..checks import (
+    choice,
+    distinct,
+    existing,
+    floats,
+    instance,
+    integer,
+    integers,
+    number,
+    numbers,
+    shown,
+    vector,
+)
 from ..errors import InputError
 from .constants import GAUSS, area_factors, shape_functions
-from .mesh import check_connectivity, node_numbers
+from .mesh import check_connectivity, few_enough, node_numbers, not_joined, passed
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
 """What a support can fix: displacement components, and components of the normal."""
@@ -27,19 +39,16 @@ class TimeFunction:
 
     def __post_init__(self):
         for name in ("times", "values"):
-            given = getattr(self, name)
-            if not isinstance(given, list | tuple | np.ndarray) or isinstance(given, str):
-                raise InputError(f"time function: {name} must be a list of numbers, is "
-                                 f"{shown(given)}")
-            items = tuple(number(f"time function: {name}[{k}]", v) for k, v in enumerate(given))
+            items = numbers(f"time function: {name}", getattr(self, name))
             object.__setattr__(self, name, items)
         if len(self.times) != len(self.values) or not self.times:
             raise InputError(f"time function: {len(self.times)} times but {len(self.values)} "
                              "values")
         if np.any(np.diff(self.times) <= 0.0):
-            raise InputError(f"time function: times {self.times} must increase")
+            raise InputError(f"time function: times {shown(self.times)} must increase")
 
     def __call__(self, time):
+        """f at a time [s]."""
         if time >= self.times[-1]:
             return self.values[-1]
         return float(np.interp(time, *self._points))
@@ -146,24 +155,32 @@ class Support:
                              f"to {', '.join(components)}")
 
 
-def line_load(nodes, line, force, history=CONSTANT):
+def line_load(nodes, line, force, history=CONSTANT, quads=None):
     """Dead force per length [N/m] along the element edges between consecutive nodes of ``line``.
 
     ``f_i = q int N_i dL`` with the linear shape functions of an edge: half of q L to either end.
 
+    Args:
+        nodes: (n_nodes, 3) of the mesh [m].
+        line: numbers of nodes, one after the other.
+        force: per length [N/m].
+        history: ``TimeFunction``.
+        quads: (n_elem, 4) of the mesh; given, the line must run along its edges.
+
     Raises:
-        InputError: ``line`` is not a sequence of nodes, or the force not a vector.
+        InputError: ``line`` is not a sequence of nodes, passes over one, or leaves the edges of
+            ``quads``; the force is not a vector.
     """
     force = np.array(vector("line load: force", force, "N/m"))
     return [NodalLoad(i, share * force, history)
-            for i, share in _line_shares("line load", nodes, line).items()]
+            for i, share in _line_shares("line load", nodes, line, quads).items()]
 
 
-def line_moment(nodes, line, moment, history=CONSTANT):
+def line_moment(nodes, line, moment, history=CONSTANT, quads=None):
     """Moment per length [N m/m] about fixed axes along the edges of ``line``; as ``line_load``."""
     moment = np.array(vector("line moment: moment", moment, "N m/m"))
     return [NodalMoment(i, share * moment, history)
-            for i, share in _line_shares("line moment", nodes, line).items()]
+            for i, share in _line_shares("line moment", nodes, line, quads).items()]
 
 
 def surface_load(nodes, quads, force, history=CONSTANT):
@@ -174,6 +191,7 @@ def surface_load(nodes, quads, force, history=CONSTANT):
     """
     nodes = floats("surface load: nodes", nodes, (None, 3))
     quads = node_numbers(quads, len(nodes))
+    few_enough(len(quads))
     check_connectivity(quads)
     force = np.array(vector("surface load: force", force, "N/m^2"))
     shares = np.zeros(len(nodes))
@@ -191,22 +209,27 @@ def _plain(item, **values):
 
 
 def _history(history):
-    if not isinstance(history, TimeFunction):
-        raise InputError(f"history must be a TimeFunction, is {shown(history)}")
-    return history
+    return instance("history", history, TimeFunction)
 
 
-def _line_shares(what, nodes, line):
+def _line_shares(what, nodes, line, quads):
     """Length that belongs to each node of a polyline of element edges [m]."""
     nodes = floats(f"{what}: nodes", nodes, (None, 3))
     line = existing(f"{what}: node", integers(f"{what}: line", line), len(nodes))
     if len(line) < 2:
         raise InputError(f"{what}: line must have two nodes or more, has {len(line)}")
+    lack = None if quads is None else not_joined(node_numbers(quads, len(nodes)), line)
+    if lack is not None and lack[0] != lack[1]:
+        raise InputError(f"{what}: no element edge joins nodes {lack[0]} and {lack[1]}")
     shares = dict.fromkeys(line, 0.0)
     for i, j in zip(line[:-1], line[1:]):
         if i == j:
             raise InputError(f"{what}: node {i} follows itself in the line")
         length = np.linalg.norm(nodes[j] - nodes[i])
+        between = passed(nodes, i, j)
+        if len(between):
+            raise InputError(f"{what}: node {between[0]} is between nodes {i} and {j}, which no "
+                             "element edge joins then")
         shares[i] += 0.5 * length
         shares[j] += 0.5 * length
     return shares

@@ -1,37 +1,85 @@
 """Meshes: blocks joined where their nodes coincide, sphere segments; checks of any mesh."""
 
+from typing import Annotated
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..checks import TINY, plain_array
+from ..checks import TINY, count, floats, integers, numbers, plain_array
 from ..errors import InputError
+from ..signatures import Nodes, Positive, Vector, checked
 from .constants import jacobians, shape_functions
 
 MERGE = 1e-9
-"""Nodes closer than this fraction of the mesh's size are one node."""
+"""Nodes closer than this fraction of the size of the elements there are one node."""
+
+ROUNDING = 16.0 * np.finfo(float).eps
+"""Places closer than this fraction of their coordinates are not told apart."""
+
+HANGING = 1e-6
+"""A node this near to an edge, in its lengths, lies on it."""
+
+MOST_ELEMENTS = 1_000_000
+"""Elements of a mesh: beyond, a model alone takes minutes and a matrix does not fit in memory."""
+
+FEWEST_ROUND = 9
+"""Elements round a sphere: fewer meet at 45 degrees or more, at folds."""
 
 MIN_JACOBIAN = 1e-6
 """Smallest vertex Jacobian relative to the element's largest below which a quad is degenerate."""
 
 
-def block(corners, divisions):
+def divisions_of(name, values):
+    """Two counts whose product is no more than ``MOST_ELEMENTS``."""
+    items = integers(name, values)
+    if len(items) != 2:
+        raise InputError(f"{name} must be two counts, are {len(items)}")
+    n, m = (count(f"{name}[{k}]", item) for k, item in enumerate(items))
+    few_enough(n * m)
+    return n, m
+
+
+def few_enough(elements):
+    """Raise ``InputError`` for a mesh that is too large to be made."""
+    if elements > MOST_ELEMENTS:
+        raise InputError(f"a mesh of {elements:.7g} elements is too large, at most "
+                         f"{MOST_ELEMENTS} are possible")
+
+
+Divisions = Annotated[tuple, divisions_of]
+Corners = Annotated[np.ndarray, lambda name, values: floats(name, values, (4, 3))]
+
+
+def _polar_angles(name, values):
+    items = numbers(name, values)
+    if len(items) != 2 or not 0.0 < items[0] < items[1] < 180.0:
+        raise InputError(f"{name} must be two angles that increase within 0 and 180 [degrees]")
+    return items
+
+
+@checked
+def block(corners: Corners, divisions: Divisions):
     """Nodes ((n+1)(m+1), 3) and quads (n m, 4) of one block.
 
     Args:
         corners: (4, 3), in the order of an element's nodes [m].
         divisions: (n, m) elements along the sides 1-2 and 2-3.
+
+    Raises:
+        InputError: an argument of another kind, or more than ``MOST_ELEMENTS``.
     """
     n, m = divisions
-    corners = np.asarray(corners, dtype=float)
     nodes = np.array([shape_functions((2.0 * i / n - 1.0, 2.0 * j / m - 1.0))[0] @ corners
                       for j in range(m + 1) for i in range(n + 1)])
     first = np.array([j * (n + 1) + i for j in range(m) for i in range(n)])
     return nodes, np.stack([first, first + 1, first + n + 2, first + n + 1], axis=1)
 
 
-def sphere_segment(radius, polar_angles, divisions):
+@checked
+def sphere_segment(radius: Positive, polar_angles: Annotated[tuple, _polar_angles],
+                   divisions: Divisions):
     """Nodes, quads and exact normals of a sphere about Z between two parallels, closed in azimuth.
 
     Azimuth runs from +X towards +Y, then from the lower parallel up, so that normals are outward.
@@ -43,8 +91,16 @@ def sphere_segment(radius, polar_angles, divisions):
 
     Returns:
         nodes (n (m+1), 3), quads (n m, 4), outward unit normals (n (m+1), 3).
+
+    Raises:
+        InputError: an argument of another kind, more than ``MOST_ELEMENTS``, or so few that the
+            elements meet at folds.
     """
     n, m = divisions
+    fewest = int((polar_angles[1] - polar_angles[0]) / 45.0) + 1
+    if n < FEWEST_ROUND or m < fewest:
+        raise InputError(f"divisions ({n}, {m}) are no smooth sphere, its elements would meet at "
+                         f"folds: take at least ({FEWEST_ROUND}, {fewest})")
     polar, azimuth = np.meshgrid(np.radians(np.linspace(polar_angles[1], polar_angles[0], m + 1)),
                                  np.linspace(0.0, 2.0 * np.pi, n, endpoint=False), indexing="ij")
     normals = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth),
@@ -55,12 +111,35 @@ def sphere_segment(radius, polar_angles, divisions):
     return radius * normals, quads, normals
 
 
-def join(blocks):
-    """One mesh (nodes, quads) of several, coincident nodes merged, in order of first appearance."""
+def _mesh(name, given):
+    """A pair of nodes and quads."""
+    try:
+        nodes, quads = given
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair (nodes, quads)") from None
+    nodes = floats(f"{name}: nodes", nodes, (None, 3))
+    return nodes, node_numbers(quads, len(nodes))
+
+
+@checked
+def join(blocks: list[Annotated[tuple, _mesh]]):
+    """One mesh (nodes, quads) of several, coincident nodes merged, in order of first appearance.
+
+    Args:
+        blocks: pairs of nodes (n, 3) [m] and quads (m, 4), as of ``block``.
+
+    Raises:
+        InputError: no blocks, or something else.
+    """
+    if not blocks:
+        raise InputError("blocks must not be empty")
     counts = np.cumsum([0] + [len(nodes) for nodes, _ in blocks])
     nodes = np.concatenate([nodes for nodes, _ in blocks])
     quads = np.concatenate([quads + shift for (_, quads), shift in zip(blocks, counts)])
-    pairs = cKDTree(nodes).query_pairs(MERGE * np.ptp(nodes, axis=0).max(), output_type="ndarray")
+    near = _near(nodes, quads)
+    pairs = cKDTree(nodes).query_pairs(near.max(), output_type="ndarray")
+    gaps = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
+    pairs = pairs[gaps <= near[pairs].max(axis=1)]
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(nodes),) * 2)
     _, group = connected_components(links, directed=False)
     _, first, group = np.unique(group, return_index=True, return_inverse=True)
@@ -70,26 +149,36 @@ def join(blocks):
     return nodes[first[order]], rank[group][quads]
 
 
-def node_at(nodes, point):
-    """Number of the node at ``point``.
+@checked
+def node_at(nodes: Nodes, point: Vector):
+    """Number of the node of ``nodes`` (n, 3) at ``point`` (x, y, z) [m].
 
     Raises:
         InputError: no node there; the message names the nearest.
     """
-    distance = np.linalg.norm(nodes - np.asarray(point, dtype=float), axis=1)
+    distance = np.linalg.norm(nodes - point, axis=1)
     nearest = int(np.argmin(distance))
-    if distance[nearest] > MERGE * np.ptp(nodes, axis=0).max():
+    spacing = np.sort(np.linalg.norm(nodes - nodes[nearest], axis=1))[1:2].sum()
+    if distance[nearest] > MERGE * spacing + ROUNDING * np.abs(point).max():
         raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, "
                          f"is at {nodes[nearest].tolist()}")
     return nearest
 
 
-def line_nodes(nodes, quads, start, end):
+@checked
+def line_nodes(nodes: Nodes, quads, start: Vector, end: Vector):
     """Numbers of the nodes on the mesh line straight from ``start`` to ``end`` [m], in order.
+
+    Args:
+        nodes: (n, 3) [m].
+        quads: (m, 4) node numbers.
+        start: (x, y, z) of the first node [m].
+        end: of the last one.
 
     Raises:
         InputError: no node at either end, or no straight line of element edges between them.
     """
+    quads = node_numbers(quads, len(nodes))
     first, last = node_at(nodes, start), node_at(nodes, end)
     chord = nodes[last] - nodes[first]
     length = np.linalg.norm(chord)
@@ -97,16 +186,21 @@ def line_nodes(nodes, quads, start, end):
         raise InputError(f"a line from node {first} to itself")
     along = (nodes - nodes[first]) @ chord / length
     off = np.linalg.norm(nodes - nodes[first] - along[:, None] * chord / length, axis=1)
-    near = MERGE * np.ptp(nodes, axis=0).max()
+    near = MERGE * length + ROUNDING * np.abs(nodes[[first, last]]).max()
     on = np.flatnonzero((off <= near) & (along >= -near) & (along <= length + near))
     line = on[np.argsort(along[on])]
-    edges = np.sort(element_edges(quads), axis=1)
-    joined = set(map(tuple, edges.tolist()))
-    for i, j in zip(line[:-1].tolist(), line[1:].tolist()):
-        if (min(i, j), max(i, j)) not in joined:
-            raise InputError(f"no mesh line from {nodes[first].tolist()} to "
-                             f"{nodes[last].tolist()}: no element edge joins nodes {i} and {j}")
+    lack = not_joined(quads, line)
+    if lack is not None:
+        raise InputError(f"no mesh line from {nodes[first].tolist()} to {nodes[last].tolist()}: "
+                         f"no element edge joins nodes {lack[0]} and {lack[1]}")
     return line
+
+
+def not_joined(quads, line):
+    """The first two consecutive nodes of ``line`` that no element edge joins, or None."""
+    joined = set(map(tuple, np.sort(element_edges(quads), axis=1).tolist()))
+    pairs = ((int(i), int(j)) for i, j in zip(line[:-1], line[1:]))
+    return next((pair for pair in pairs if (min(pair), max(pair)) not in joined), None)
 
 
 def vector_areas(corners):
@@ -116,6 +210,7 @@ def vector_areas(corners):
 
 
 def node_numbers(quads, n_nodes):
+    """``quads`` as a read-only array (n_elem, 4) of numbers of nodes below ``n_nodes``."""
     array = plain_array("quads", quads, "n, 4")
     if array.ndim != 2 or array.shape[1] != 4 or not len(array):
         raise InputError(f"quads: shape {array.shape} given, (n, 4) needed")
@@ -133,9 +228,11 @@ def node_numbers(quads, n_nodes):
 
 def check_mesh(nodes, quads):
     """Raise ``InputError`` for anything that cannot be the mesh of a shell."""
+    few_enough(len(quads))
     check_connectivity(quads)
     _check_nodes(nodes, quads)
     _check_shapes(nodes, quads)
+    _check_edges(nodes, quads)
 
 
 def element_edges(quads):
@@ -152,19 +249,60 @@ def _check_nodes(nodes, quads):
     size = np.ptp(nodes, axis=0).max()
     if size < TINY:
         raise InputError(f"nodes: the mesh is {size:g} m large, must be {TINY:g} m at least")
-    pairs = cKDTree(nodes).query_pairs(MERGE * size, output_type="ndarray")
-    if len(pairs):
-        first, second = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))[0]]
+    distance, nearest = cKDTree(nodes).query(nodes, k=2)
+    numbers = np.arange(len(nodes))
+    other = np.where(nearest[:, 0] == numbers, nearest[:, 1], nearest[:, 0])
+    near = _near(nodes, quads)
+    same = np.flatnonzero(distance[:, 1] <= np.maximum(near, near[other]))
+    if len(same):
+        first, second = sorted((int(same[0]), int(other[same[0]])))
         raise InputError(f"nodes {first} and {second} are at the same place "
                          f"{nodes[first].tolist()}")
 
 
+def _near(nodes, quads):
+    """(n_nodes,) distance below which another node is at the same place [m]: a fraction of the
+    longest diagonal of the elements there."""
+    corners = nodes[quads]
+    diagonals = np.linalg.norm(corners[:, 2:] - corners[:, :2], axis=2).max(axis=1)
+    size = np.zeros(len(nodes))
+    np.maximum.at(size, quads.ravel(), np.repeat(diagonals, 4))
+    return MERGE * size + ROUNDING * np.abs(nodes).max(axis=1)
+
+
+def _check_edges(nodes, quads):
+    """No node on an edge of an element whose node it is not: the edge would open there."""
+    edges = element_edges(quads)
+    start, along = nodes[edges[:, 0]], nodes[edges[:, 1]] - nodes[edges[:, 0]]
+    length, tree = np.linalg.norm(along, axis=1), cKDTree(nodes)
+    middle = start + 0.5 * along
+    # where a node is nearer to the middle than the ends are
+    crowded = np.flatnonzero(tree.query(middle)[0] < 0.499999 * length)
+    for k, found in zip(crowded, tree.query_ball_point(middle[crowded], 0.501 * length[crowded])):
+        hanging = np.array(found)[passed(nodes[found], *(found.index(i) for i in edges[k]))]
+        if len(hanging):
+            raise InputError(f"node {hanging[0]} lies on the edge of element {k // 4} between its "
+                             f"nodes {edges[k, 0]} and {edges[k, 1]} and is none of its nodes: "
+                             "divide the element there")
+
+
+def passed(nodes, first, last):
+    """Numbers of the nodes that are on the line between two others."""
+    chord = nodes[last] - nodes[first]
+    arms, length = nodes - nodes[first], np.linalg.norm(chord)
+    along, off = arms @ chord, np.linalg.norm(np.cross(arms, chord), axis=1)
+    on = (off <= HANGING * length**2) & (along > 0.0) & (along < length**2)
+    on[[first, last]] = False
+    return np.flatnonzero(on)
+
+
 def check_connectivity(quads):
     """Raise ``InputError`` for a repeated node or element."""
-    for k, quad in enumerate(quads):
-        if len(set(quad.tolist())) < 4:
-            raise InputError(f"element {k}: nodes {quad.tolist()} repeat, a quad needs four")
     ordered = np.sort(quads, axis=1)
+    repeated = np.any(ordered[:, 1:] == ordered[:, :-1], axis=1)
+    if np.any(repeated):
+        k = int(np.argmax(repeated))
+        raise InputError(f"element {k}: nodes {quads[k].tolist()} repeat, a quad needs four")
     _, first, inverse = np.unique(ordered, axis=0, return_index=True, return_inverse=True)
     duplicate = np.flatnonzero(first[inverse.ravel()] != np.arange(len(quads)))
     if len(duplicate):

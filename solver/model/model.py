@@ -10,11 +10,12 @@ from itertools import product
 
 import numpy as np
 
-from ..checks import TINY, choice, existing, floats, integers, number, shown, vector
+from ..checks import TINY, choice, existing, floats, integers, number, shown, single
 from ..errors import InputError
 from ..kernels.arguments import Elements
+from ..signatures import Vector, checked
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
-from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors
+from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
 
@@ -169,6 +170,16 @@ class Model:
         """Time from which no load acts any more [s]; infinity if some load never ends."""
         return max((load.history.end for load in self.loads), default=0.0)
 
+    @cached_property
+    def folds(self):
+        """How the edges between elements were decided, ``Folds``."""
+        return find_folds(self.nodes, self.quads, self.fold_angle, self.patches)
+
+    def __repr__(self):
+        extent = " x ".join(f"{size:.4g}" for size in np.ptp(self.nodes, axis=0))
+        return (f"Model({len(self.quads)} elements, {len(self.nodes)} nodes, {len(self.loads)} "
+                f"loads, {len(self.supports)} supports, {extent} m)")
+
     @property
     def size(self):
         """Largest extent of the initial mesh [m]."""
@@ -205,15 +216,26 @@ class Model:
                              f"support of {COMPONENTS[3 + c]} alone fixes it: support px, py, pz")
 
 
-def rigid_velocity(model, velocity, omega, about=(0.0, 0.0, 0.0)):
+@checked
+def rigid_velocity(model: Model, velocity: Vector, omega: Vector,
+                   about: Vector = (0.0, 0.0, 0.0)):
     """Initial velocities of a rigid motion: ``(dx/dt, dp/dt)`` for ``Model``.
 
-    ``dx/dt = v + omega x (X - about)``, ``dp/dt = omega x p``; v [m/s], omega [rad/s].
+    ``dx/dt = v + omega x (X - about)``, ``dp/dt = omega x p``.
+
+    Args:
+        model: ``Model``.
+        velocity: v of the point ``about`` [m/s].
+        omega: [rad/s].
+        about: (x, y, z) [m].
+
+    Returns:
+        ``velocity`` (n_nodes, 3) [m/s] and ``normal_velocity`` (n_directors, 3) [1/s].
+
+    Raises:
+        InputError: no ``Model``, or not three numbers.
     """
-    omega = np.array(vector("omega", omega, "rad/s"))
-    arms = model.nodes - vector("about", about, "m")
-    return vector("velocity", velocity, "m/s") + np.cross(omega, arms), np.cross(omega,
-                                                                                 model.normals)
+    return velocity + np.cross(omega, model.nodes - about), np.cross(omega, model.normals)
 
 
 def _set(model, **values):
@@ -222,7 +244,7 @@ def _set(model, **values):
 
 
 def _per_element(name, values, n_elem):
-    if np.ndim(values) == 0:
+    if single(values):
         values = np.full(n_elem, number(name, values))
     return floats(name, values, (n_elem,))
 

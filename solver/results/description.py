@@ -66,11 +66,19 @@ class _Machine(_Strict):
     system: str
 
 
+class _Edges(_Strict):
+    folded: int
+    smooth: int
+    smallest_fold: float | None
+    largest_smooth: float | None
+
+
 class _Description(_Strict):
     case: str | None
     fingerprint: str
     nodes: int
     elements: int
+    edges: _Edges
     membrane: str
     shear: str
     solver: str

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from subprocess import CalledProcessError
 
-from ..checks import flag
+from ..checks import flag, shown
 from ..errors import InputError, ResultFileError
 
 PROBE = 1 << 14
@@ -20,6 +20,8 @@ def output_path(output, overwrite, resume):
     resume, overwrite = flag("resume", resume), flag("overwrite", overwrite)
     if resume and overwrite:
         raise InputError("resume and overwrite exclude each other")
+    if resume and output is None:
+        raise InputError("resume needs output, the file to continue")
     return None if output is None else writable_path(output, overwrite or resume)
 
 
@@ -34,8 +36,7 @@ def writable_path(path, overwrite=False):
     if os.path.islink(given):
         raise ResultFileError(f"{given} is a symbolic link; give the name of the file itself")
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists; overwrite (--overwrite on the command line) "
-                              "replaces it")
+        raise ResultFileError(f"{path} exists; overwrite replaces it")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     if exists and not os.access(path, os.R_OK | os.W_OK):
@@ -131,7 +132,7 @@ def regular_file(given):
     except (FileNotFoundError, NotADirectoryError):
         return path, False
     except OSError as error:
-        raise ResultFileError(f"{str(given)!r} is not a path of a file: "
+        raise ResultFileError(f"{shown(given)} is not a path of a file: "
                               f"{reason(error)}") from None
     if not regular:
         raise ResultFileError(f"{path} is not a regular file")
@@ -145,7 +146,7 @@ def _resolved(given, what):
             raise ValueError("empty")
         return Path(given).resolve()
     except (TypeError, ValueError, OSError, RuntimeError) as error:
-        raise ResultFileError(f"{str(given)!r} is not a path of a {what}: "
+        raise ResultFileError(f"{shown(given)} is not a path of a {what}: "
                               f"{reason(error)}") from None
 
 

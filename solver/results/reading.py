@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 
 from ..errors import ResultFileError, ResultFileWarning
+from ..signatures import File, checked
 from .checkpoint import valid_slots
 from .checksums import intact, of_fixed
 from .description import parsed
@@ -20,7 +21,8 @@ FORMAT = "corovec-run-4"
 OLDER = ("corovec-run-1", "corovec-run-2", "corovec-run-3")
 
 
-def read(path):
+@checked
+def read(path: File):
     """Contents of a result file, of dynamics or statics, up to its newest checkpoint.
 
     Everything is checked against the checksums with which it was written.  Where the newest
@@ -33,6 +35,7 @@ def read(path):
         ``nodes``, ``quads``.
 
     Raises:
+        InputError: no path.
         ResultFileError: no such file, not a corovec file, damaged, or one that reaches for other
             files.
     """

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from ..checks import integer
 from ..errors import InputError
+from ..signatures import checked
 from .provenance import usable_cores
 
 CONNECT = 10.0
@@ -51,8 +52,9 @@ def processes(jobs=None):
     return Workers(lambda: ProcessPoolExecutor(jobs, context, _begin), jobs + 1)
 
 
+@checked
 @contextmanager
-def dask_workers(address):
+def dask_workers(address: str):
     """Workers of the Dask scheduler at ``address``, as a context.
 
     Raises:

@@ -21,7 +21,8 @@ def describe(model, settings, solver, case=None, **plan):
     """
     return {"case": case, "fingerprint": fingerprint(model),
             "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
-            "elements": len(model.quads), "membrane": model.membrane, "shear": model.shear,
+            "elements": len(model.quads), "edges": model.folds._asdict(),
+            "membrane": model.membrane, "shear": model.shear,
             "solver": solver, "unloaded_at": model.unloaded_at, "supported": bool(model.supports),
             "versions": versions(), "machine": machine()}
 

@@ -1,24 +1,28 @@
 """Arc length: equilibrium paths through limit points and snap-backs (Crisfield, cylindrical)."""
 
+from collections.abc import Callable
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import count, instance, positive
 from ..errors import InputError, StepError
 from ..model.loads import CONSTANT
 from ..model.model import Model
 from ..results.files import output_path
+from ..signatures import Count, File, Positive, checked
 from ..system.failure import NotConverged, told
 from .path import Path
-from .settings import DEFAULT
+from .settings import DEFAULT, StaticSettings
 
 ROOM = 100
 """Steps that a file has room for at first."""
 
 
+@checked
 @threadpool_limits.wrap(limits=1)
-def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5, *,
-               output=None, overwrite=False, resume=False):
+def arc_length(model: Model, length: Positive, until: Callable,
+               settings: StaticSettings = DEFAULT, max_steps: Count = 2000, wanted: Count = 5, *,
+               output: File = None, overwrite: bool = False, resume: bool = False):
     """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
 
     Every load must be proportional to the load factor (constant history).  A step satisfies
@@ -49,11 +53,6 @@ def arc_length(model, length, until, settings=DEFAULT, max_steps=2000, wanted=5,
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: no convergence even with the smallest length, or ``until`` not met in time.
     """
-    length = positive("arc length", length, "m")
-    max_steps, wanted = count("max_steps", max_steps), count("wanted", wanted)
-    if not callable(until):
-        raise InputError("until must be a function of (factor, displacement)")
-    instance("model", model, Model)
     if any(load.history != CONSTANT for load in model.loads):
         raise InputError("arc length needs loads without a history of their own")
     if any(support.displacement for support in model.supports):

@@ -6,6 +6,8 @@ from threadpoolctl import threadpool_limits
 from ..errors import InputError
 from ..kernels import updates
 from ..kernels.arguments import STATIC
+from ..model.model import Model
+from ..signatures import checked
 from ..system.failure import SingularMatrix
 from ..system.loads import at_factor
 from ..system.rounding import EPS, judge
@@ -19,8 +21,9 @@ LEAST_GAIN = 0.5
 """Ratio of a correction to the one before from which refinement has done what it can."""
 
 
+@checked
 @threadpool_limits.wrap(limits=1)
-def solve_linear(model, solver="skyline"):
+def solve_linear(model: Model, solver="skyline"):
     """Linear solution K(0) U = F(t = 1) from the initial configuration, K(0) without loads.
 
     Bending of a shell of length L and thickness h is lost in its matrix as (L/h)^2 times the

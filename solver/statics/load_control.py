@@ -1,24 +1,29 @@
 """Load control: equilibrium at given load factors, with steps that are divided and grow."""
 
 import zlib
+from collections.abc import Callable
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import floats, optional
+from ..checks import floats
 from ..errors import InputError, StepError
+from ..model.model import Model
 from ..results.files import output_path
+from ..signatures import File, checked
 from ..system.failure import NotConverged, told
 from .path import Path
-from .settings import DEFAULT
+from .settings import DEFAULT, StaticSettings
 
 SLACK = 1.001
 """A step that ends this near to the next factor, in its own lengths, goes there at once."""
 
 
+@checked
 @threadpool_limits.wrap(limits=1)
-def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None,
-                 overwrite=False, resume=False):
+def load_control(model: Model, factors, settings: StaticSettings = DEFAULT,
+                 progress: Callable = None, *, output: File = None, overwrite: bool = False,
+                 resume: bool = False):
     """Equilibrium at each of the ascending load ``factors``, from zero load.
 
     A step that does not converge is divided, and grows again where it converges fast.
@@ -44,10 +49,9 @@ def load_control(model, factors, settings=DEFAULT, progress=None, *, output=None
         StepError: no convergence even with the smallest step: a mechanism, or a limit point,
             where arc length goes on.
     """
-    factors = floats("load factors", factors, (None,)) if np.size(factors) else np.zeros(0)
-    if not len(factors) or np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
-        raise InputError("load factors must be a list of numbers that ascend from above zero")
-    optional("progress", progress, callable, "a function")
+    factors = floats("factors", factors, (None,))
+    if np.any(np.diff(np.r_[0.0, factors]) <= 0.0):
+        raise InputError("factors must be a list of numbers that ascend from above zero")
     output = output_path(output, overwrite, resume)
     path = Path(model, settings)
     path.begin(factors[0], output, overwrite, resume, len(factors), method="load control",

@@ -59,12 +59,14 @@ class Skyline:
         self._work = skyline.workspace(diagonal)
 
     def factor(self):
+        """Factorize the matrix, see the module."""
         negative, failed = skyline.factor(self.values, self.storage.diagonal, *self._work)
         if failed != DONE:
             raise SingularMatrix(f"pivot {failed} of the skyline factorization is zero")
         return negative
 
     def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
         x = rhs.copy()
         skyline.solve(self.values, self.storage.diagonal, x, self._work[-1])
         return x
@@ -85,6 +87,7 @@ class Dense:
         self._exchanges = np.zeros(n, dtype=np.int64)
 
     def factor(self):
+        """Factorize the matrix, see the module."""
         self.complete()
         self.eliminate()
 
@@ -99,6 +102,7 @@ class Dense:
             raise SingularMatrix(f"column {failed} of the dense matrix has no pivot")
 
     def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
         x = rhs.copy()
         gauss.solve(self.matrix(), self._exchanges, x)
         return x
@@ -127,6 +131,7 @@ class Banded:
         self._definite = True
 
     def factor(self):
+        """Factorize the matrix, see the module."""
         band = self.values.reshape(-1, self._width + 1).T
         self._factor, info = lapack.dpbtrf(band, lower=1)
         self._definite = info == 0
@@ -137,6 +142,7 @@ class Banded:
         return other.factor()
 
     def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
         if self._definite:
             return lapack.dpbtrs(self._factor, rhs, lower=1)[0]
         return self._skyline[0].solve(rhs)
@@ -169,10 +175,12 @@ class SuperLU:
         return self._matrix
 
     def factor(self):
+        """Factorize the matrix, see the module."""
         self._factor = _superlu(self.matrix())
         return _negative_pivots(self._factor)
 
     def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
         return self._factor.solve(rhs)
 
 
@@ -198,6 +206,7 @@ class UnsymmetricLU:
         self._factor = _superlu(self.matrix())
 
     def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
         return self._factor.solve(rhs)
 
 

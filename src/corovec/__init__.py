@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
-    from .solver.dynamics.result import Drift, Result, drift, total_energy
+    from .solver.dynamics.result import Drift, Result, data_frame, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
     from .solver.dynamics.simulation import simulate
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         ResultFileWarning,
         StepError,
     )
+    from .solver.model.directors import orient
     from .solver.model.loads import (
         NodalLoad,
         NodalMoment,
@@ -45,12 +46,13 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
+    "dynamics.result": ("Drift", "Result", "data_frame", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
     "errors": ("AccuracyWarning", "InputError", "ResultFileError", "ResultFileWarning",
                "StepError"),
+    "model.directors": ("orient",),
     "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
                     "line_moment", "surface_load"),
     "model.model": ("Model", "rigid_velocity"),
@@ -66,9 +68,9 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 __all__ = [
     "AccuracyWarning", "Drift", "InputError", "Model", "Newton", "NodalLoad", "NodalMoment",
     "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Settings",
-    "StaticResult", "StaticSettings", "StepError", "Support", "TimeFunction", "arc_length", "drift",
-    "line_load", "line_moment", "load_control", "read", "rigid_velocity", "simulate",
-    "solve_linear", "surface_load", "total_energy", "warm_up",
+    "StaticResult", "StaticSettings", "StepError", "Support", "TimeFunction", "arc_length",
+    "data_frame", "drift", "line_load", "line_moment", "load_control", "orient", "read",
+    "rigid_velocity", "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

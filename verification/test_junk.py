@@ -1,0 +1,196 @@
+"""One table of junk against every argument of every public function: always one short line."""
+
+import inspect
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+import corovec
+from corovec import (
+    InputError,
+    Newton,
+    NodalLoad,
+    Scheme,
+    Settings,
+    Support,
+    TimeFunction,
+    convergence,
+    simulate,
+)
+from corovec.benchmarks import load_case
+from corovec.reports import figures
+from corovec.reports.recording import Recording
+from corovec.solver.model import mesh
+from corovec.verification.models import MATERIAL, rectangle
+
+
+class Unshowable:
+    def __repr__(self):
+        raise RuntimeError("no")
+
+
+class Nothings:
+    """Items that are nothing."""
+
+    def __iter__(self):
+        return iter([object()])
+
+
+JUNK = {
+    "object": object(), "unshowable": Unshowable(), "ragged": [[1.0], [1.0, 2.0]],
+    "record": np.zeros(3, dtype=[("a", "f8"), ("b", "i4")]), "digits": 10**5000,
+    "interval": np.timedelta64(1), "date": np.datetime64("2020-01-01"),
+    "flags": np.array([True, False, True]), "mask": np.ma.masked, "nan": float("nan"),
+    "complex": 1j, "bytes": b"\xff\x00", "dict": {"a": 1}, "set": {1, 2}, "type": int,
+    "objects": np.array([None, 1, "a"], dtype=object), "empty": np.zeros((0, 3)),
+    "infinite": [np.inf, 0.0, 0.0], "nested": [[[1.0, 2.0]]], "texts": ["a\n$x" * 500] * 3,
+    "function": lambda *_: True, "iterable": Nothings(), "none": None, "text": "a\n$x{" * 1000,
+    "flag": True, "float": 0.1, "negative": -7,
+}
+
+PLATE = rectangle(2.0, 1.0, (2, 1))
+HELD = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, (0.0, 0.0, 1e-3))],
+                 supports=[Support((0, 3), ("x", "y", "z", "px", "py", "pz"))])
+RUN = Settings(dt=0.1, end_time=0.2)
+LINE = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": TimeFunction((0.0,), (1.0,))}
+
+
+def good(folder):
+    """``{function: its good arguments}`` of all public ones; a dict of keywords each."""
+    path = folder / "run.h5"
+    result = simulate(PLATE, RUN, output=path)
+    recording = Recording.open(path)
+    files = {"output": None, "overwrite": False, "resume": False}
+    seen = {"history": result.history, "unloaded_at": 0.0}
+    return {
+        corovec.Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL, "loads": (),
+                        "supports": (), "normals": None, "velocity": None,
+                        "normal_velocity": None, "membrane": "stress", "shear": "mitc4",
+                        "fold_angle": 45.0, "patches": None},
+        corovec.Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3,
+                         "max_iterations": 20},
+        corovec.Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint",
+                         "axes": "nodal"},
+        corovec.Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
+                           "solver": "auto", "frame_every": 0},
+        corovec.StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,
+                                 "fast_iterations": 6, "max_divisions": 12},
+        corovec.NodalLoad: {"node": 0, "force": (0.0, 0.0, 1.0), "history": LINE["history"]},
+        corovec.NodalMoment: {"node": 0, "moment": (0.0, 0.0, 1.0), "history": LINE["history"]},
+        corovec.Pressure: {"pressure": 1.0, "elements": None, "history": LINE["history"]},
+        corovec.Support: {"nodes": (0,), "components": ("x",), "displacement": 0.0,
+                          "history": LINE["history"]},
+        corovec.TimeFunction: {"times": (0.0, 1.0), "values": (0.0, 1.0)},
+        corovec.line_load: {**LINE, "force": (0.0, 0.0, 1.0), "quads": None},
+        corovec.line_moment: {**LINE, "moment": (0.0, 0.0, 1.0), "quads": None},
+        corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads,
+                               "force": (0.0, 0.0, 1.0), "history": LINE["history"]},
+        corovec.rigid_velocity: {"model": PLATE, "velocity": (0.0, 0.0, 1.0),
+                                 "omega": (0.0, 0.0, 1.0), "about": (0.0, 0.0, 0.0)},
+        corovec.simulate: {"model": PLATE, "settings": RUN, **files, "progress": None,
+                           "case": None},
+        corovec.load_control: {"model": HELD, "factors": [1.0], "progress": None,
+                               "settings": corovec.StaticSettings(), **files},
+        corovec.arc_length: {"model": HELD, "length": 1e-3, "until": (lambda factor, u: True),
+                             "settings": corovec.StaticSettings(), "max_steps": 5, "wanted": 5,
+                             **files},
+        corovec.solve_linear: {"model": HELD, "solver": "skyline"},
+        corovec.total_energy: {"history": result.history},
+        corovec.drift: {**seen, "supported": False},
+        corovec.read: {"path": path},
+        mesh.block: {"corners": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],
+                     "divisions": (2, 2)},
+        mesh.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2)},
+        mesh.join: {"blocks": [(PLATE.nodes, PLATE.quads)]},
+        mesh.node_at: {"nodes": PLATE.nodes, "point": (0.0, 0.0, 0.0)},
+        mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
+                          "end": (2.0, 0.0, 0.0)},
+        figures.energies: {**seen, "end": None},
+        figures.momenta: {**seen, "end": None},
+        figures.total_energies: {"recordings": [recording]},
+        figures.displacements: {"recordings": [recording], "points": {"a": (0.0, 0.0, 0.0)},
+                                "components": None},
+        figures.convergence: {"curves": [figures.Curve("a", (1, 4), (0.1, 0.02), -2.0)]},
+        figures.mesh_and_loads: {"model": HELD, "case": None, "view": None},
+        figures.sequence: {"recording": recording, "times": None, "scale": 1.0, "view": None},
+        figures.save: {"figure": Figure(), "data": pd.DataFrame({"a": [1]}), "folder": folder,
+                       "name": "figure", "formats": ("svg",), "overwrite": True},
+        load_case: {"name": "l-plate"},
+        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0},
+        corovec.data_frame: {"history": result.history},
+        corovec.orient: {"nodes": PLATE.nodes, "quads": PLATE.quads},
+        convergence.dask_workers: {"address": "tcp://none"},
+        convergence.Campaign: {"folder": folder, "workers": convergence.processes(1),
+                               "notify": warnings.warn},
+        convergence.Run: {"model": PLATE, "settings": RUN, "case": None},
+        convergence.processes: {"jobs": 1},
+        convergence.run_many: {"items": [], "executor": None, "jobs": 1},
+    }
+
+
+OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "AccuracyWarning", "InputError",
+            "ResultFileError", "ResultFileWarning", "StepError", "Curve", "warm_up"}
+"""What is handed out and not made by users, or takes nothing."""
+
+FITS = {
+    ("loads", "empty"), ("supports", "empty"), ("items", "empty"),  # nothing of all kinds
+    ("progress", "function"), ("until", "function"), ("notify", "function"),
+    *((flag, "flag") for flag in ("overwrite", "supported")),
+    *((name, kind) for kind in ("float", "negative")
+      for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor")),
+    *((name, "float") for name in (
+        "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
+        "end_time", "length", "radius", "end")),
+    ("node", "negative"),  # only a mesh knows its nodes
+}
+"""Parameters to which something of the table is no junk."""
+
+
+def public():
+    """Names of all public functions and classes."""
+    return {getattr(module, name) for module in (corovec, figures, convergence)
+            for name in set(module.__all__) - OUTCOMES}
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    return good(tmp_path_factory.mktemp("junk"))
+
+
+def test_the_table_has_everything(table):
+    """All public functions and all of their parameters; they take the good arguments."""
+    assert public() <= set(table)
+    for function, arguments in table.items():
+        parameters = inspect.signature(function).parameters.values()
+        assert set(arguments) == {p.name for p in parameters if p.kind is not p.VAR_KEYWORD}
+        function(**arguments)
+
+
+@pytest.mark.parametrize("kind", JUNK)
+def test_junk_is_one_line(table, kind):
+    """An ``InputError`` for whatever is no argument."""
+    for function, arguments in table.items():
+        for name in arguments:
+            if fits(function, name, kind):
+                continue
+            said = told(function, {**arguments, name: JUNK[kind]})
+            assert isinstance(said, InputError), (function.__name__, name, said)
+            assert len(str(said)) < 300 and str(said).isprintable(), (function.__name__, name)
+
+
+def told(function, arguments):
+    """The error that a call ends with, or what it returns."""
+    try:
+        return function(**arguments)
+    except Exception as error:
+        return error
+
+
+def fits(function, name, kind):
+    """Whether something of the table is no junk to a parameter."""
+    if kind == "none":
+        return inspect.signature(function).parameters[name].default is None
+    return (name, kind) in FITS
