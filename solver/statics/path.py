@@ -82,8 +82,8 @@ class Path:
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
         largest = max(applied, unmasked)
         if left > FEW * largest:
-            warnings.warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
-                          "reactions have few digits", AccuracyWarning, stacklevel=4)
+            warnings.warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only"
+                          ": reactions have few digits", AccuracyWarning, stacklevel=4)
 
     def _sum(self, forces):
         """Sum of the magnitudes of generalized forces, moments by the size of the shell [N]."""

@@ -61,7 +61,7 @@ def arguments(chance):
         line = list(chance.choice(REFUSED))
         return [*line, *(option(chance, line[0]) for _ in range(chance.randrange(1, 3)))]
     line = list(chance.choice(CHANGED))
-    for _ in range(chance.randrange(1, 4)):
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
         at = chance.randrange(len(line))
         line[at:at + chance.randrange(2)] = [
             chance.choice((option(chance, line[0]), chance.choice(TEXTS)))]

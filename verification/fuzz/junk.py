@@ -23,7 +23,7 @@ PLAIN = (
 
 ODD = (
     10**5000, b"", b"1", b"\xff\x00", bytearray(3), 1j, complex("nan"), object(), Unshowable(), int,
-    type, len, NotImplemented, ..., range(3), range(0), slice(1), set(), {1, 2}, frozenset(),
+    type, NotImplemented, ..., range(3), range(0), slice(1), set(), {1, 2}, frozenset(),
     memoryview(b"abc"), np.ma.masked, np.nan, np.float32(0.5), np.float16(2), np.longdouble(1),
     np.int8(-3), np.uint64(2**64 - 1), np.bool_(True), np.str_("a"), np.bytes_(b"a"),
     np.complex64(1j), np.datetime64("2020-01-01"), np.datetime64("NaT"), np.timedelta64(1),
@@ -81,6 +81,9 @@ def _array(chance):
 
 
 def _spoiled_array(chance, good):
+    if good.dtype.names:
+        return chance.choice((good[:0], good[::-1], good[0], good[good.dtype.names[0]], good[None],
+                              good[list(good.dtype.names[:1])], good.tolist()))
     how = chance.randrange(7)
     if how == 0:
         return good.astype(chance.choice(("f4", "f2", "i8", "u1", "?", "c16", "O", "U9", "S9")))

@@ -16,19 +16,19 @@ from .campaign import Target
 
 
 def dynamic(path):
-    simulate(cross_code_plate(1), Settings(dt=1e-3, end_time=1.0, frame_every=5), output=path,
+    simulate(cross_code_plate(1), Settings(dt=2e-3, end_time=0.2, frame_every=2), output=path,
              resume=True)
 
 
 def controlled(path):
-    model, _ = strip(10.0, 16, lambda X, tip: line_load(X, tip, (0.0, 0.0, 40.0)))
-    load_control(model, np.linspace(0.04, 1.0, 25), StaticSettings(max_iterations=4), output=path,
+    model, _ = strip(10.0, 4, lambda X, tip: line_load(X, tip, (0.0, 0.0, 40.0)))
+    load_control(model, np.linspace(0.1, 1.0, 10), StaticSettings(max_iterations=4), output=path,
                  resume=True)
 
 
 def followed(path):
     """Outgrows the room of its file."""
-    arc_length(roof(2, 12.7), 0.2, lambda factor, u: u[0, 2] < -26.0, output=path, resume=True)
+    arc_length(roof(2, 12.7), 0.25, lambda factor, u: u[0, 2] < -26.0, output=path, resume=True)
 
 
 def datasets(path):

@@ -77,10 +77,13 @@ def loads(chance, nodes, scale, history):
 
 
 def support(chance, nodes):
-    """The edge x = 0 clamped, hinged or, where that is enough, held in some components."""
-    edge = np.flatnonzero(np.abs(nodes[:, 0]) < 1e-9 * np.abs(nodes).max())
-    clamp = chance.choice((("x", "y", "z"), ("x", "y", "z", "px", "py", "pz")))
-    return [Support(edge, clamp)]
+    """The edge that all plates have in common clamped, or hinged beside another."""
+    def edge(place):
+        return Support(np.flatnonzero(np.abs(nodes[:, 0] - place) < 1e-9 * size), held)
+
+    size, far = np.abs(nodes).max(), nodes[:, 0].max()
+    held = ("x", "y", "z", "px", "py", "pz")[:chance.choice((3, 6))]
+    return [edge(0.0)] if len(held) == 6 else [edge(0.0), edge(far)]
 
 
 def sketched(chance):
@@ -96,7 +99,7 @@ def moving(chance):
     nodes, quads, size, thickness, poisson, density = sketched(chance)
     dt = power(chance, -5, 3)
     youngs = min(power(chance, 0, 12) * density * (size / dt)**2, 1e25)
-    turn = power(chance, -8, chance.choice((0.7, 0.7, 4.0)))
+    turn = power(chance, -8, chance.choice((0.0, 0.0, 0.7, 4.0)))
     scale = turn * density * size**2 * thickness / dt**2 / 25.0
     seconds = dt * 2 * chance.randrange(1, 5)
     pulse = TimeFunction((0.0, seconds / 2, seconds), (0.0, 1.0, 0.0))
