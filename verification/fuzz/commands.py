@@ -38,6 +38,11 @@ TEXTS = ("", " ", "-1", "0", "1", "3", "30", "nan", "inf", "-inf", "1e400", "1e-
 
 
 
+GOOD = ("1", "3", "0.5", "0.01", "0.02", "quasi", "full", "modified", "skyline", "dense", "average",
+        "global", "strain")
+"""Values that one option or another takes."""
+
+
 def prepare(folder):
     """The bytes of a result file and of a model file."""
     warm_up()
@@ -52,7 +57,7 @@ def option(chance, command):
     parameters = found.get_params(click.Context(found)) if found else []
     names = [name for parameter in parameters for name in parameter.opts if name.startswith("--")]
     name = chance.choice([*names, "--nonsense"])
-    return chance.choice((name, f"{name}={chance.choice(TEXTS)}"))
+    return chance.choice((name, f"{name}={chance.choice(chance.choice((TEXTS, GOOD)))}"))
 
 
 def arguments(chance):
@@ -64,7 +69,7 @@ def arguments(chance):
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         at = chance.randrange(len(line))
         line[at:at + chance.randrange(2)] = [
-            chance.choice((option(chance, line[0]), chance.choice(TEXTS)))]
+            option(chance, line[0]) if at and chance.random() < 0.8 else chance.choice(TEXTS)]
     return line
 
 

@@ -189,7 +189,7 @@ def attempt_statics(chance, prepared, folder):
     u, reactions = result.displacement[-1], result.reactions[-1]
     _check_forces(model, u, reactions)
     turned = np.abs(linear[1]).max()
-    size = max(np.abs(linear[0]).max(), np.finfo(float).tiny)
+    size = max(np.abs(linear[0]).max(), np.finfo(float).eps * model.size)  # held loads
     if max(turned, np.abs(linear[0]).max() / model.thickness[0]) > SMALL:
         return "balanced"
     if not np.abs(u - linear[0]).max() <= 1e-2 * size:
