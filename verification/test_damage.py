@@ -3,7 +3,6 @@ numbers, and never a reach for another file."""
 
 import json
 import random
-import warnings
 
 import h5py
 import numpy as np
@@ -13,39 +12,20 @@ from click.testing import CliRunner
 from corovec import (
     ResultFileError,
     ResultFileWarning,
-    Settings,
-    arc_length,
-    line_load,
-    load_control,
     read,
-    simulate,
 )
 from corovec.reports.cli import animate, plot
 from corovec.solver.cli import info
-from corovec.solver.results import checksums, layout, reading
+from corovec.solver.results import layout
+from corovec.verification.fuzz.files import (
+    RUNS,
+    dynamic,
+    looked_at,
+    places,
+    replaced,
+    signed,
+)
 from corovec.verification.helpers import corovec
-from corovec.verification.models import cross_code_plate
-from corovec.verification.shells import roof, strip
-
-SETTINGS = Settings(dt=0.01, end_time=0.1, frame_every=2)
-
-MODEL = cross_code_plate(1)
-
-
-def dynamic(path, **options):
-    return simulate(MODEL, SETTINGS, output=path, **options)
-
-
-def controlled(path, **options):
-    model, _ = strip(10.0, 4, lambda X, tip: line_load(X, tip, (0.0, 0.0, 4.0)))
-    return load_control(model, [0.5, 1.0], output=path, **options)
-
-
-def followed(path, **options):
-    return arc_length(roof(2, 12.7), 1.0, lambda factor, u: u[0, 2] < -2.0, output=path, **options)
-
-
-RUNS = {run.__name__: run for run in (dynamic, controlled, followed)}
 
 
 @pytest.fixture(scope="module", params=RUNS)
@@ -69,13 +49,6 @@ def path(whole, tmp_path):
     return path
 
 
-def places(path):
-    """``{place: dataset's type}``, links and all."""
-    with h5py.File(path) as file:
-        sizes = layout.checked_sizes(file)
-        return [*layout.fixed(sizes), *layout.growing(sizes), *layout.links(sizes), layout.TIMES]
-
-
 def refused(run, path, message=""):
     """The file is refused in one line, when it is read and (with a ``run``) when that is resumed,
     and left as it is."""
@@ -87,28 +60,6 @@ def refused(run, path, message=""):
         with pytest.raises(ResultFileError, match=message):
             run(path, resume=True)
     assert path.read_bytes() == before
-
-
-def assert_same_start(contents, reference):
-    """As the reference, or, with fewer steps, as its first ones."""
-    for name in ("description", "n_steps"):
-        assert contents[name] == reference[name]
-    assert len(contents["history"]) == contents["step"] + 1
-    for name in reference.keys() - {"description", "n_steps", "step"}:
-        assert np.array_equal(contents[name], reference[name][:len(contents[name])]), name
-
-
-def looked_at(path, reference):
-    """``same``, ``error`` or ``warning``; anything else is a failure."""
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
-        try:
-            contents = read(path)
-        except ResultFileError:
-            return "error"
-    assert_same_start(contents, reference)
-    assert told or contents["step"] == reference["step"]
-    return "warning" if told else "same"
 
 
 def test_every_dataset_is_guarded(whole, path):
@@ -135,19 +86,6 @@ def test_every_dataset_is_guarded(whole, path):
     assert "warning" in seen["checkpoint/state"] and newest in (0, 1)
 
 
-def test_random_damage(whole, path):
-    """Of 300 copies with damage anywhere, the headers of the file too, none gives other numbers."""
-    reference, chance, seen = read(path), random.Random(2), []
-    for _ in range(300):
-        damaged, at = bytearray(whole), chance.randrange(len(whole))
-        length = chance.choice((1, 1, 64))
-        damaged[at:at + length] = bytes(byte ^ chance.randrange(1, 256)
-                                        for byte in damaged[at:at + length])
-        path.write_bytes(damaged)
-        seen.append(looked_at(path, reference))
-    assert set(seen) >= {"same", "error"}
-
-
 def test_one_bit_of_an_energy(run, path):
     """What once gave half of the energy."""
     with h5py.File(path, "r+") as file:
@@ -172,22 +110,6 @@ def test_damaged_last_frame_is_said_on_the_terminal(tmp_path):
     assert read(path)["step"] == 10
 
 
-def signed(path, change):
-    """Change an open file, and sign it as one does who knows how."""
-    with h5py.File(path, "r+") as file:
-        change(file)
-        sizes = layout.checked_sizes(file)
-        text = bytes(file.attrs["description"])
-        file.attrs["checksum"] = checksums.of_fixed(file, text, sizes)
-        start = 0
-        for k, step in enumerate(file["frames/step"][:len(file[layout.TIMES])]):
-            rows = reading._history(file, sizes, step)[start:]
-            fields = [file[f"frames/{name}"][k * n:(k + 1) * n]
-                      for name, (_, (n, *_)) in sizes.fields.items()]
-            file["frames/checksum"][k] = checksums.of_frame(k, file[layout.TIMES][k], rows, fields)
-            start = step + 1
-
-
 def fill(place, value):
     def change(file):
         file[place][1] = value
@@ -206,14 +128,6 @@ def fill(place, value):
 def test_nonsense_that_is_signed(run, path, place, value, message):
     signed(path, fill(place, value))
     refused(run, path, message)
-
-
-def replaced(path, place, make):
-    """Put what ``make(file)`` makes in the place of a dataset."""
-    with h5py.File(path, "r+") as file:
-        old = file[place][...]
-        del file[place]
-        make(file, old)
 
 
 def test_every_dataset_is_needed(run, whole, path):

@@ -19,6 +19,7 @@ from corovec import (
     Support,
     TimeFunction,
     arc_length,
+    drift,
     line_load,
     line_moment,
     load_control,
@@ -27,6 +28,7 @@ from corovec import (
     simulate,
     solve_linear,
     surface_load,
+    total_energy,
 )
 from corovec.benchmarks import FOLDER, load_case
 from corovec.convergence import run_many
@@ -564,6 +566,14 @@ def test_edges_are_told_as_they_were_decided():
     assert model().folds == (0, 1, None, 0.0)
 
 
+def test_a_row_is_no_history():
+    history = simulate(model(), Settings(dt=0.1, end_time=0.2)).history
+    for call in (total_energy, lambda rows: drift(rows, 0.0)):
+        for part in (history[0], history[None], history[["time", "strain_energy"]]):
+            with pytest.raises(InputError, match="history must be the history of a result"):
+                call(part)
+
+
 def test_a_model_shows_itself_in_one_short_line():
     plate = rectangle(2.0, 1.0, (20, 10), loads=[NodalLoad(0, (0, 0, 1))])
     assert repr(plate) == "Model(200 elements, 231 nodes, 1 loads, 0 supports, 2 x 1 x 0 m)"
@@ -606,6 +616,7 @@ PLATE_FILE = (FOLDER / "l-plate.toml").read_text()
     ('unit = "m", provenance = "assumed", source = "Fig. 4', 'unit = "km", provenance = '
      '"assumed", source = "Fig. 4', r"points.S: in 'km', must be in 'm'"),
     ('name = "l-plate"', 'name = "a\\nb"', "name: a name must be one line of 1 to 200 printable"),
+    ('name = "l-plate"', '"" = 1\nname = "l-plate"', 'm.toml: "": Extra inputs'),
     ("[[meshes]]\nelements = 120", "[[meshes]]\nelements = 30\nrefinement = 1\n[[meshes]]\n"
      "elements = 120",
      r"meshes\[1\].elements: 30 is that of meshes\[0\] as well"),

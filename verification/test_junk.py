@@ -11,25 +11,12 @@ from matplotlib.figure import Figure
 import corovec
 from corovec import (
     InputError,
-    Newton,
-    NodalLoad,
-    Scheme,
-    Settings,
-    Support,
-    TimeFunction,
     convergence,
-    simulate,
 )
-from corovec.benchmarks import load_case
 from corovec.reports import figures
 from corovec.reports.recording import Recording
-from corovec.solver.model import mesh
-from corovec.verification.models import MATERIAL, rectangle
-
-
-class Unshowable:
-    def __repr__(self):
-        raise RuntimeError("no")
+from corovec.verification.fuzz import api
+from corovec.verification.fuzz.junk import Unshowable
 
 
 class Nothings:
@@ -51,81 +38,28 @@ JUNK = {
     "flag": True, "float": 0.1, "negative": -7,
 }
 
-PLATE = rectangle(2.0, 1.0, (2, 1))
-HELD = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, (0.0, 0.0, 1e-3))],
-                 supports=[Support((0, 3), ("x", "y", "z", "px", "py", "pz"))])
-RUN = Settings(dt=0.1, end_time=0.2)
-LINE = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": TimeFunction((0.0,), (1.0,))}
-
 
 def good(folder):
     """``{function: its good arguments}`` of all public ones; a dict of keywords each."""
-    path = folder / "run.h5"
-    result = simulate(PLATE, RUN, output=path)
-    recording = Recording.open(path)
-    files = {"output": None, "overwrite": False, "resume": False}
-    seen = {"history": result.history, "unloaded_at": 0.0}
+    table = api.table(folder)
+    recording = Recording.open(folder / "run.h5")
+    seen = {"history": table[corovec.drift]["history"], "unloaded_at": 0.0}
     return {
-        corovec.Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL, "loads": (),
-                        "supports": (), "normals": None, "velocity": None,
-                        "normal_velocity": None, "membrane": "stress", "shear": "mitc4",
-                        "fold_angle": 45.0, "patches": None},
-        corovec.Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3,
-                         "max_iterations": 20},
-        corovec.Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint",
-                         "axes": "nodal"},
-        corovec.Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
-                           "solver": "auto", "frame_every": 0},
-        corovec.StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,
-                                 "fast_iterations": 6, "max_divisions": 12},
-        corovec.NodalLoad: {"node": 0, "force": (0.0, 0.0, 1.0), "history": LINE["history"]},
-        corovec.NodalMoment: {"node": 0, "moment": (0.0, 0.0, 1.0), "history": LINE["history"]},
-        corovec.Pressure: {"pressure": 1.0, "elements": None, "history": LINE["history"]},
-        corovec.Support: {"nodes": (0,), "components": ("x",), "displacement": 0.0,
-                          "history": LINE["history"]},
-        corovec.TimeFunction: {"times": (0.0, 1.0), "values": (0.0, 1.0)},
-        corovec.line_load: {**LINE, "force": (0.0, 0.0, 1.0), "quads": None},
-        corovec.line_moment: {**LINE, "moment": (0.0, 0.0, 1.0), "quads": None},
-        corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads,
-                               "force": (0.0, 0.0, 1.0), "history": LINE["history"]},
-        corovec.rigid_velocity: {"model": PLATE, "velocity": (0.0, 0.0, 1.0),
-                                 "omega": (0.0, 0.0, 1.0), "about": (0.0, 0.0, 0.0)},
-        corovec.simulate: {"model": PLATE, "settings": RUN, **files, "progress": None,
-                           "case": None},
-        corovec.load_control: {"model": HELD, "factors": [1.0], "progress": None,
-                               "settings": corovec.StaticSettings(), **files},
-        corovec.arc_length: {"model": HELD, "length": 1e-3, "until": (lambda factor, u: True),
-                             "settings": corovec.StaticSettings(), "max_steps": 5, "wanted": 5,
-                             **files},
-        corovec.solve_linear: {"model": HELD, "solver": "skyline"},
-        corovec.total_energy: {"history": result.history},
-        corovec.drift: {**seen, "supported": False},
-        corovec.read: {"path": path},
-        mesh.block: {"corners": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],
-                     "divisions": (2, 2)},
-        mesh.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2)},
-        mesh.join: {"blocks": [(PLATE.nodes, PLATE.quads)]},
-        mesh.node_at: {"nodes": PLATE.nodes, "point": (0.0, 0.0, 0.0)},
-        mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
-                          "end": (2.0, 0.0, 0.0)},
+        **table,
         figures.energies: {**seen, "end": None},
         figures.momenta: {**seen, "end": None},
         figures.total_energies: {"recordings": [recording]},
         figures.displacements: {"recordings": [recording], "points": {"a": (0.0, 0.0, 0.0)},
                                 "components": None},
         figures.convergence: {"curves": [figures.Curve("a", (1, 4), (0.1, 0.02), -2.0)]},
-        figures.mesh_and_loads: {"model": HELD, "case": None, "view": None},
+        figures.mesh_and_loads: {"model": api.PLATE, "case": None, "view": None},
         figures.sequence: {"recording": recording, "times": None, "scale": 1.0, "view": None},
         figures.save: {"figure": Figure(), "data": pd.DataFrame({"a": [1]}), "folder": folder,
                        "name": "figure", "formats": ("svg",), "overwrite": True},
-        load_case: {"name": "l-plate"},
-        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0},
-        corovec.data_frame: {"history": result.history},
-        corovec.orient: {"nodes": PLATE.nodes, "quads": PLATE.quads},
         convergence.dask_workers: {"address": "tcp://none"},
         convergence.Campaign: {"folder": folder, "workers": convergence.processes(1),
                                "notify": warnings.warn},
-        convergence.Run: {"model": PLATE, "settings": RUN, "case": None},
+        convergence.Run: {"model": api.PLATE, "settings": api.RUN, "case": None},
         convergence.processes: {"jobs": 1},
         convergence.run_many: {"items": [], "executor": None, "jobs": 1},
     }

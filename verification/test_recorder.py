@@ -32,6 +32,7 @@ from corovec import (
 from corovec.benchmarks import load_case
 from corovec.solver.results import recorder
 from corovec.solver.statics import arc_length as statics
+from corovec.verification.fuzz.kills import assert_same_bits
 from corovec.verification.helpers import COMMAND, corovec
 from corovec.verification.models import cross_code_plate
 from corovec.verification.shells import roof, strip
@@ -58,23 +59,6 @@ else:
 """
 """Both take steps of changing length: load control divides its first rows up to 11 times, the arc
 passes a limit point, and outgrows the room of its file three times."""
-
-
-def datasets(path):
-    """Every dataset of a file but those that only say where and when it was written."""
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[...]})
-                        if isinstance(item, h5py.Dataset) else None)
-        found["NSteps"] = file["VTKHDF/Steps"].attrs["NSteps"]
-    return found
-
-
-def assert_same_bits(first, second):
-    a, b = datasets(first), datasets(second)
-    assert a.keys() == b.keys()
-    for name in a:
-        assert np.asarray(a[name]).tobytes() == np.asarray(b[name]).tobytes(), name
 
 
 @pytest.fixture

@@ -62,7 +62,8 @@ def test_newton_that_ends_at_rounding_is_told():
     of a matrix that has lost bending, and says so."""
     factor = 1e-12
     model, deflection = film(1e-6)
-    with pytest.warns(AccuracyWarning, match="ends at rounding error"):
+    with (pytest.warns(AccuracyWarning, match="ends at rounding error"),
+          pytest.warns(AccuracyWarning, match="forces balance to 0.* reactions have few digits")):
         displacement = load_control(model, [factor]).displacement[-1]
     assert 1e-3 < abs(deflection(displacement) / factor - 1.0) < 0.2
     model, deflection = film(1e-3)
@@ -134,3 +135,12 @@ def test_judgement(error, told, refused):
             judge(error, "thin")
     else:
         judge(error, "thin")
+
+
+def test_reactions_of_rounded_strains_are_told():
+    """Membrane forces of 1 N beside a membrane stiffness of 1e15 N: the strain that they need is at
+    the last digit of the coordinates."""
+    plate = rectangle(1.0, 1.0, (2, 2), thickness=1e-3, youngs=1e18, supports=[
+        Support((0, 3, 6), CLAMPED)], loads=[NodalLoad(8, (1.0, 0.3, 1.0))])
+    with pytest.warns(AccuracyWarning, match="reactions have few digits"):
+        load_control(plate, [1.0])

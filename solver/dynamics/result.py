@@ -15,7 +15,8 @@ from .settings import Settings
 def rows_of(name, values):
     """A structured array of rows, of a run or a static path."""
     columns = getattr(getattr(values, "dtype", None), "names", None) or ()
-    if "strain_energy" not in columns or not {"time", "factor"} & set(columns):
+    if (not {"time", "kinetic_energy", "strain_energy"} <= set(columns)
+            and not {"factor", "strain_energy"} <= set(columns)) or np.ndim(values) != 1:
         raise InputError(f"{name} must be the history of a result, is {shown(values)}")
     return values
 

@@ -10,6 +10,9 @@ from pydantic import ValidationError
 from ..errors import InputError
 from .schema import ModelFile
 
+EMPTY = '""'
+"""The key of no characters, as TOML has it."""
+
 GROUP = "corovec.models"
 """Entry points of packages that bring model files."""
 
@@ -99,7 +102,7 @@ def _place(data, loc):
     for k, name in enumerate(loc):
         if name == "value" and k and not isinstance(data, dict):
             continue
-        text += f"[{name}]" if isinstance(name, int) else f".{name}"
+        text += f"[{name}]" if isinstance(name, int) else f".{name or EMPTY}"
         try:
             data = data[name]
         except (KeyError, IndexError, TypeError):

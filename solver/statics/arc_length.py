@@ -45,7 +45,7 @@ def arc_length(model: Model, length: Positive, until: Callable,
         ``StaticResult``, a row for each step, the first at zero load.
 
     Warns:
-        AccuracyWarning: rounding leaves few digits.
+        AccuracyWarning: as of ``load_control``.
 
     Raises:
         InputError: a load depends on time, none acts on a free component, or a displacement is

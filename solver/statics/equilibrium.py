@@ -119,15 +119,17 @@ class Equilibrium:
         return abs(float(self.system.residual.balance @ correction))
 
     def converged(self, k, first):
-        """Whether the k-th correction is the last, compared with the work ``first``.
+        """Whether the k-th correction is the last, compared with the work ``first``, but not with
+        one far above the strain energy that the first correction overshot to.
 
         Raises:
             StepError: rounding ends the iteration before any digit is correct.
         """
-        last = self.works[-1]
+        last, strain = self.works[-1], self.place.observed.strain
+        first = min(first, max(self.works[0], strain))
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
-            of = max(first, self.place.observed.strain)  # of a small increment few digits serve
-            judge(math.sqrt(last / of), "Newton's iteration ends at rounding error alone")
+            # of a small increment few digits serve
+            judge(math.sqrt(last / max(first, strain)), "Newton's iteration ends at rounding error alone")
             return True
         return k > 1 and last <= self.settings.tolerance * first
 

@@ -41,7 +41,7 @@ def load_control(model: Model, factors, settings: StaticSettings = DEFAULT,
         ``StaticResult``, a row for each factor.
 
     Warns:
-        AccuracyWarning: rounding leaves few digits.
+        AccuracyWarning: rounding leaves few digits of the displacements or of the reactions.
 
     Raises:
         InputError: factors do not ascend, or a rigid motion is left free.

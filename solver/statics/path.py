@@ -2,8 +2,12 @@
 
 import time
 
+import numpy as np
+
+from ..errors import AccuracyWarning, warn
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
+from ..system.rounding import FEW
 from .equilibrium import Equilibrium
 from .result import Rows, StaticResult
 
@@ -56,6 +60,8 @@ class Path:
         equilibrium.assemble(factor, tangent=False)
         residual = system.residual
         reactions = (residual.balance - residual.unmasked)[system.translations]
+        if len(self.rows):
+            self._check_balance(factor)
         pivots, equilibrium.pivots = equilibrium.pivots, []
         indefinite = NOT_TOLD if None in pivots else sum(map(bool, pivots))
         self.rows.append((factor, equilibrium.place.observed.strain, reactions.sum(axis=0),
@@ -67,3 +73,20 @@ class Path:
         return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock)
+
+    def _check_balance(self, factor):
+        """Warn of an equilibrium that leaves more than little of its forces: of a thin shell under
+        small loads those of the membrane are rounding errors, though its displacements are not."""
+        system = self.equilibrium.system
+        left, unmasked, applied = (self._sum(forces) for forces in system.residual)
+        largest = max(applied, unmasked)
+        if left > FEW * largest:
+            warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: reactions "
+                 "have few digits", AccuracyWarning)
+
+    def _sum(self, forces):
+        """Sum of the magnitudes of generalized forces, moments by the size of the shell [N]."""
+        system = self.equilibrium.system
+        lengths = np.full(len(forces), system.model.size)
+        lengths[system.translations] = 1.0
+        return float(np.abs(forces / lengths).sum())

@@ -1,0 +1,123 @@
+"""Junk at every argument of the public functions: an error of one short line, or success."""
+
+import numpy as np
+
+import corovec
+from corovec import (
+    InputError,
+    Model,
+    Newton,
+    NodalLoad,
+    NodalMoment,
+    Pressure,
+    ResultFileError,
+    Scheme,
+    Settings,
+    StaticSettings,
+    StepError,
+    Support,
+    TimeFunction,
+    simulate,
+    solve_linear,
+)
+from corovec.benchmarks import load_case
+from corovec.solver.model import mesh
+from corovec.verification.models import MATERIAL, rectangle
+
+from .campaign import Fault, Target
+from .junk import spoiled
+
+LONGEST = 300
+"""Characters of a message."""
+
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+CLAMP = Support((0, 3), ("x", "y", "z", "px", "py", "pz"))
+PLATE = rectangle(2.0, 1.0, (2, 1))
+RUN = Settings(dt=0.1, end_time=0.2)
+PUSH = TimeFunction((0.0, 1.0), (0.0, 1.0))
+UP = (0.0, 0.0, 1e-3)
+
+
+def table(folder):
+    """``{function: its good arguments}`` of what this suite may import; a dict of keywords each."""
+    path = folder / "run.h5"
+    history = simulate(PLATE, RUN, output=path).history
+    held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
+    line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
+    files = {"output": None, "overwrite": False, "resume": False, "progress": None}
+    return {
+        Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL,
+                 "loads": [NodalLoad(2, UP)], "supports": [CLAMP], "normals": PLATE.normals,
+                 "velocity": np.zeros((6, 3)), "normal_velocity": np.zeros((6, 3)),
+                 "membrane": "stress", "shear": "mitc4", "fold_angle": 45.0, "patches": [0, 0]},
+        Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3, "max_iterations": 20},
+        Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal"},
+        Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
+                    "solver": "auto", "frame_every": 0},
+        StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,
+                          "fast_iterations": 6, "max_divisions": 12},
+        NodalLoad: {"node": 0, "force": UP, "history": PUSH},
+        NodalMoment: {"node": 0, "moment": UP, "history": PUSH},
+        Pressure: {"pressure": 1e-3, "elements": [0, 1], "history": PUSH},
+        Support: {"nodes": (0, 3), "components": ("x", "y", "z"), "displacement": 1e-3,
+                   "history": PUSH},
+        TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
+        corovec.line_load: {**line, "force": UP, "quads": None},
+        corovec.line_moment: {**line, "moment": UP, "quads": None},
+        corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads, "force": UP,
+                                "history": PUSH},
+        corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
+        simulate: {"model": PLATE, "settings": RUN, **files, "case": None},
+        corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files,
+                                "settings": StaticSettings()},
+        corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
+                              "settings": StaticSettings(), "max_steps": 5, "wanted": 5,
+                              **{name: files[name] for name in ("output", "overwrite", "resume")}},
+        solve_linear: {"model": held, "solver": "skyline"},
+        corovec.total_energy: {"history": history},
+        corovec.drift: {"history": history, "unloaded_at": 0.0, "supported": False},
+        corovec.read: {"path": path},
+        mesh.block: {"corners": CORNERS, "divisions": (2, 2)},
+        mesh.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2)},
+        mesh.join: {"blocks": [(PLATE.nodes, PLATE.quads)]},
+        mesh.node_at: {"nodes": PLATE.nodes, "point": (0.0, 0.0, 0.0)},
+        mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
+                           "end": (2.0, 0.0, 0.0)},
+        load_case: {"name": "l-plate"},
+        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0},
+        corovec.data_frame: {"history": history},
+        corovec.orient: {"nodes": PLATE.nodes, "quads": PLATE.quads}}
+
+
+
+def used(made):
+    """Take what was accepted into a short run."""
+    if isinstance(made, Model):
+        simulate(made, RUN)
+    elif isinstance(made, NodalLoad | NodalMoment | Pressure):
+        simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
+    elif isinstance(made, Support):
+        solve_linear(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[made]))
+    elif isinstance(made, TimeFunction):
+        simulate(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP, made)]), RUN)
+    elif isinstance(made, Settings) and made.n_steps < 10:
+        simulate(PLATE, made)
+
+
+def attempt(chance, calls, folder):
+    function, arguments = chance.choice(list(calls.items()))
+    name = chance.choice(list(arguments))
+    try:
+        used(function(**{**arguments, name: spoiled(chance, arguments[name])}))
+    except (InputError, ResultFileError, StepError) as error:
+        if len(str(error)) >= LONGEST or not str(error).isprintable():
+            raise Fault(f"{function.__name__}({name}): a message of {len(str(error))} characters, "
+                        f"or of several lines: {error!r}") from None
+        return type(error).__name__
+    except Exception as error:
+        error.args = (f"{function.__name__}({name}): {error}",)
+        raise
+    return "success"
+
+
+TARGET = Target("api", "junk as any argument is one short line", table, attempt)

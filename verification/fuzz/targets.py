@@ -1,0 +1,7 @@
+"""All targets by their names."""
+
+from . import api, commands, files, kills, models, physics
+
+TARGETS = {target.name: target for target in (
+    api.TARGET, commands.TARGET, models.TARGET, files.DAMAGE, files.EDITS, kills.TARGET,
+    physics.DYNAMICS, physics.STATICS)}
