@@ -129,7 +129,8 @@ class Equilibrium:
         first = min(first, max(self.works[0], strain))
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
             # of a small increment few digits serve
-            judge(math.sqrt(last / max(first, strain)), "Newton's iteration ends at rounding error alone")
+            judge(math.sqrt(last / max(first, strain)),
+                  "Newton's iteration ends at rounding error alone")
             return True
         return k > 1 and last <= self.settings.tolerance * first
 

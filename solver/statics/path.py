@@ -81,8 +81,8 @@ class Path:
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
         largest = max(applied, unmasked)
         if left > FEW * largest:
-            warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: reactions "
-                 "have few digits", AccuracyWarning)
+            warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
+                 "reactions have few digits", AccuracyWarning)
 
     def _sum(self, forces):
         """Sum of the magnitudes of generalized forces, moments by the size of the shell [N]."""
