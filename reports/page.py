@@ -251,7 +251,7 @@ def _evidence(finding, reports):
 
 def _speed(results):
     """Tables of what goes beyond the paper's timings."""
-    makers = {"targets": (tables.targets,), "growth": (tables.growth,),
+    makers = {"targets": (tables.targets,), "growth": (tables.phases, tables.growth),
               "iterations": (tables.iterations, tables.accumulation)}
     read = {name: results.read(f"time-{name}") for name in makers}
     return [SimpleNamespace(tables=[make(read[name][0]) for make in made] if read[name][0] else [],

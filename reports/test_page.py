@@ -26,9 +26,11 @@ from corovec.reports.cli import reproduce as command
 from corovec.reports.parts import Part, Results, Stamps
 from corovec.reports.player import STEPS, player
 from corovec.reports.recording import Recording
+from corovec.timing.measure import Sample
 from corovec.timing.printed import cells
 from corovec.timing.solvers import METHODS
 from corovec.timing.tables import ratios
+from corovec.timing.targets import Target
 from corovec.timing.verdicts import verdicts
 from corovec.verification.case import Row, small
 from corovec.verification.registry import Outcome, find, make_report
@@ -112,7 +114,8 @@ def timing():
                 row_cell = {"skyline": cell, "dense": dense}.get(method)
                 rows.append({
                     "table": "Table 2", "case": "l-plate", "elements": cell.elements,
-                    "method": method, "basis": "steps", "unit_cpu": 1.0, "step_spread": 0.1,
+                    "method": method, "basis": "steps",
+                    **Sample((1.25, 1.0, 1.5), (1.0,)).row("unit"),
                     "run_cpu": 8e3, "run_extrapolated": True, "factor_cpu": 1.0, "solve_cpu": 0.1,
                     "unknowns": 240, "storage_bytes": 40560,
                     "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
@@ -239,6 +242,20 @@ def test_findings_are_shown_by_cases_that_their_commands_run():
         names = finding["command"].partition(" && ")[0].split()[2:]
         if "cases" in finding:
             assert set(finding["cases"]) <= {case.name for case in find(names)}, finding["title"]
+
+
+def test_rounds_of_every_timing_are_shown(html):
+    """Least, lower quartile, median, upper quartile, how many: 1, 1.125, 1.25, 1.375, 3."""
+    cells = "".join(f'<td class="n">{text}</td>' for text in ("1", "1.12", "1.25", "1.38", "3"))
+    assert html.count(cells) == 3 * len(METHODS)
+    (target,) = tables.targets({"tables": {
+        "D": [{"unknowns": 2, **Sample((0.1,), (0.1,)).row("D")}],
+        "targets": [Target("a", "D", 4.0, 3.0, (2.0, 1.0, 4.0)).row()]}}).rows
+    assert target[4:9] == ["1", "1.50", "2", "3", "3"]
+    (phase,) = tables.phases({"tables": {"growth-phases": [
+        {"case": "plates", "elements": 432, "method": "auto", "phase": "step",
+         **Sample((2.0, 1.0, 4.0), (1.0,)).row("call")}]}}).rows
+    assert phase[4:] == target[4:9]
 
 
 def test_printed_numbers_errata_and_provenance_are_shown(html):

@@ -14,30 +14,38 @@ from .targets import targets
 from .verdicts import verdicts
 
 WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios", f"{name}-verdicts") for name in TABLES},
-           "iterations": ("iterations", "iterations-run"), "growth": ("growth", "growth-exponents"),
-           "targets": ("D", "targets")}
+           "iterations": ("iterations", "iterations-run"),
+           "growth": ("growth", "growth-phases", "growth-exponents"), "targets": ("D", "targets")}
 """Tables that each study gives."""
 
 NAMES = tuple(WRITTEN)
 
+
+def _rounds(prefix, unit):
+    """Columns of ``Sample.row``, with their unit: minimum, quartiles around the median, number."""
+    return {f"{prefix}_min": unit, f"{prefix}_q1": unit, f"{prefix}_cpu": unit,
+            f"{prefix}_q3": unit, f"{prefix}_rounds": ""}
+
+
 SHOWN = {
-    "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", "unit_cpu": "s",
-              "step_spread": "", "run_steps": "", "run_cpu": "s", "run_extrapolated": "",
-              "printed": "", "printed_run": ""},
+    "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", **_rounds("unit", "s"),
+              "run_steps": "", "run_cpu": "s", "run_extrapolated": "", "printed": "",
+              "printed_run": ""},
     "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "dense_basis": "", "paper": "",
                "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "lapack_basis": "",
                "sparsity": "", "symmetry": "", "profile": ""},
     "verdicts": {"name": "", "value": "", "reference": "", "verdict": ""},
     "growth": {"case": "", "elements": "", "unknowns": "", "method": "", "solver": "",
-               "iterations_per_step": "", "assembly": "s", "factorization": "s", "solve": "s",
-               "step": "s", "step_spread": "", "matrix_bytes": "B", "memory_bytes": "B"},
+               "iterations_per_step": "", "matrix_bytes": "B", "memory_bytes": "B"},
+    "phases": {"case": "", "elements": "", "method": "", "phase": "", **_rounds("call", "s")},
+    "D": {"unknowns": "", **_rounds("D", "s")},
     "iterations": {"dt": "s", "matrix": "", "gap": "", "iterations": "", "iterations_converged": "",
                    "error": "", "paper_error": "", "converged_error": ""},
     "run": {"dt": "s", "time": "s", "paper_iterations": "", "tight_iterations": "",
             "paper_energy_drift": "", "tight_energy_drift": "", "difference": "m",
             "travelled": "m"},
-    "targets": {"name": "", "value": "", "unit": "", "target": "", "goal": "", "met": "",
-                "detail": ""}}
+    "targets": {"name": "", "min": "", "q1": "", "value": "", "q3": "", "rounds": "", "unit": "",
+                "target": "", "goal": "", "met": "", "detail": ""}}
 """Columns shown, by the end of a table's name; the files have them all."""
 
 
@@ -55,8 +63,8 @@ def collect(name, effort, bench, folder=None, progress=lambda text: None):
         progress("iterations")
         return {"iterations": step_iterations(), "iterations-run": long_run()}
     if name == "growth":
-        rows = growth(effort, progress)
-        return {"growth": rows, "growth-exponents": exponents(rows)}
+        rows, phases = growth(effort, progress)
+        return {"growth": rows, "growth-phases": phases, "growth-exponents": exponents(rows)}
     rows, D = targets(effort, folder, progress)
     return {"D": [D], "targets": [target.row() for target in rows]}
 
