@@ -26,6 +26,7 @@ from corovec.reports.cli import reproduce as command
 from corovec.reports.parts import Part, Results, Stamps
 from corovec.reports.player import STEPS, player
 from corovec.reports.recording import Recording
+from corovec.reports.records import keep, records_of
 from corovec.timing.measure import Sample
 from corovec.timing.printed import cells
 from corovec.timing.solvers import METHODS
@@ -37,6 +38,7 @@ from corovec.verification.registry import Outcome, find, make_report
 
 SIZE = "quick"
 FRAMES = 61
+WRITTEN = {"date": "2026-01-02", "machine": {"processor": "one"}, "versions": {}}
 DEVIATING = {"name": "30 elements: energy after unloading [J]", "value": 70.6, "reference": 71.373,
              "kind": "published", "tolerance": 7e-6, "reason": "last digit", "above": False,
              "explanation": "", "covers": 0.0, "difference": -0.011, "verdict": "deviates (open)"}
@@ -100,7 +102,9 @@ def study():
     drift = {**DEVIATING, "name": "energy drift", "kind": "analytic", "verdict": "match"}
     rate = {**DEVIATING, "name": "slope", "verdict": "deviates (explained)"}
     return {"mesh": [mesh], "summary": [slope], "verdicts": [DEVIATING, drift, rate],
-            "runs": [{"status": "finished", "error": ""}]}
+            "runs": [{"status": "finished", "error": "", "case": "l-plate",
+                      "membrane": "stress"}],
+            "origin": {"commit": "new", "size": SIZE, **WRITTEN}}
 
 
 def timing():
@@ -123,7 +127,9 @@ def timing():
                     "printed_seconds": row_cell and row_cell.printed_seconds})
     compared = ratios(rows)
     return {"tables": {"table-2-times": rows, "table-2-ratios": compared,
-                       "table-2-verdicts": [row.as_dict() for row in verdicts(compared)]}}
+                       "table-2-verdicts": [row.as_dict() for row in verdicts(compared)]},
+            "references": {"table-2": Sample((1.0,), (1.0,)).row("LU")}, "commit": "new",
+            "size": SIZE, **WRITTEN}
 
 
 def cell(html, label):
@@ -256,6 +262,24 @@ def test_rounds_of_every_timing_are_shown(html):
         {"case": "plates", "elements": 432, "method": "auto", "phase": "step",
          **Sample((2.0, 1.0, 4.0), (1.0,)).row("call")}]}}).rows
     assert phase[4:] == target[4:9]
+
+
+def test_what_moved_since_the_last_record_is_shown(tmp_path, html):
+    """Both numbers, both commits, what fell; without a record, that there is none."""
+    assert "</a>: no earlier record." in html
+    finish(tmp_path, "converge-l-plate", study())
+    before = study()
+    before["origin"].update(commit="old", date="2026-01-01")
+    before["mesh"][0]["energy"] = before["verdicts"][0]["value"] = 70.5
+    before["verdicts"][2]["verdict"] = "match"
+    keep(tmp_path, records_of([(tmp_path, before)]))
+    (tmp_path / "records" / "bad.json").write_text("{", encoding="utf-8")
+    shown = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    assert "</a>: old -&gt; new, 3 numbers: 1 verdict fell, 1 number moved; first" in shown
+    assert "record bad.json is damaged and skipped" in shown
+    moved = shown.partition('id="changes"')[2].partition("</section>")[0]
+    for text in ("slope", "deviates (explained)", "70.5", "70.6", "old", "new", "fell"):
+        assert text in moved
 
 
 def test_printed_numbers_errata_and_provenance_are_shown(html):

@@ -10,7 +10,7 @@ from .growth import exponents, growth
 from .iterations import long_run, step_iterations
 from .measure import load
 from .tables import BASES, TABLES, Bench, ratios
-from .targets import targets
+from .targets import dense_lu, targets
 from .verdicts import verdicts
 
 WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios", f"{name}-verdicts") for name in TABLES},
@@ -19,6 +19,9 @@ WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios", f"{name}-verdicts") for 
 """Tables that each study gives."""
 
 NAMES = tuple(WRITTEN)
+
+REFERENCE = 1000
+"""Unknowns of the dense LU whose time stands for the machine as it was during a study."""
 
 
 def _rounds(prefix, unit):
@@ -72,12 +75,17 @@ def collect(name, effort, bench, folder=None, progress=lambda text: None):
 def run(names, report, effort, folder=None, progress=lambda text: None):
     """Collect the studies into ``report["tables"]``, one after the other; yields their tables.
 
-    With a folder, ``timing.json`` and a CSV a table are written after each.
+    A dense LU of ``REFERENCE`` unknowns is timed before and after each study, for its times to be
+    compared with other runs.  With a folder, ``timing.json`` and a CSV a table are written after
+    each.
     """
     bench = Bench(effort)
-    report["tables"] = {}
+    report["tables"], report["references"] = {}, {}
     for name in names:
+        reference = dense_lu(effort.rounds, REFERENCE)
         tables = collect(name, effort, bench, folder, progress)
+        reference += dense_lu(effort.rounds, REFERENCE)
+        report["references"][name] = {"unknowns": REFERENCE, **reference.row("LU")}
         report["tables"].update(tables)
         report["load_at_end"] = load()
         if folder is not None:

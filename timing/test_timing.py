@@ -301,6 +301,9 @@ def test_report_is_written_as_it_grows(tmp_path, no_cases):
     assert {"corovec", "numpy", "scipy", "numba", "python"} <= set(read["versions"])
     assert set(read["tables"]) == {"table-6-times", "table-6-ratios", "table-6-verdicts", "growth",
                                    "growth-phases", "growth-exponents"}
+    assert set(read["references"]) == {"table-6", "growth"}
+    assert all(row["LU_cpu"] > 0.0 and row["LU_rounds"] >= 6  # before and after
+               for row in read["references"].values())
     frame = pd.read_csv(tmp_path / "table-6-times.csv")
     assert frame["method"].tolist() == list(METHODS)
     assert frame["printed"][0] == "5.145 s"
