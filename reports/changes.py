@@ -81,7 +81,7 @@ class Comparison:
         moved = [f"{kinds[kind]} {words[kinds[kind] > 1]}" for kind, words in KINDS.items()
                  if kind in kinds] or ["nothing moved beyond rounding"]
         first = [f"first {self.changes[0]}"] if self.changes else []
-        return f"{since}, {self.compared} numbers: " + "; ".join(
+        return f"{since}, {self.compared} compared: " + "; ".join(
             [", ".join(moved), *first, *self.notes])
 
 

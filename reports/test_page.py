@@ -275,7 +275,7 @@ def test_what_moved_since_the_last_record_is_shown(tmp_path, html):
     keep(tmp_path, records_of([(tmp_path, before)]))
     (tmp_path / "records" / "bad.json").write_text("{", encoding="utf-8")
     shown = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
-    assert "</a>: old -&gt; new, 3 numbers: 1 verdict fell, 1 number moved; first" in shown
+    assert "</a>: old -&gt; new, 3 compared: 1 verdict fell, 1 number moved; first" in shown
     assert "record bad.json is damaged and skipped" in shown
     moved = shown.partition('id="changes"')[2].partition("</section>")[0]
     for text in ("slope", "deviates (explained)", "70.5", "70.6", "old", "new", "fell"):

@@ -54,7 +54,7 @@ def test_a_record_is_kept_for_every_commit(tmp_path):
     assert first.exit_code == 0 and first.stdout == "no earlier record\n"
     second = told(tmp_path, study(LATER), timing(LATER))
     assert second.exit_code == 0 and second.stdout == (
-        "aaaaaaaaaa -> bbbbbbbbbb, 4 numbers: nothing moved beyond rounding\n")
+        "aaaaaaaaaa -> bbbbbbbbbb, 4 compared: nothing moved beyond rounding\n")
     records, damaged = load(tmp_path)
     assert [each.commit for each in records] == [OLD, NEW] and not damaged
     entry = records[0].entries["converge l-plate --size full"]
