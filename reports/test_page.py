@@ -180,7 +180,7 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     finish(tmp_path, "converge-l-plate", study(), "failed")
     finish(tmp_path, "time-table-2", timing(), "failed")
     broken = {"status": "failed", "error": "no convergence at t = 1 s"}
-    finish(tmp_path, "converge-ruler", {**study(), "runs": [broken]})
+    finish(tmp_path, "converge-ruler", {**study(), "runs": [{**study()["runs"][0], **broken}]})
     damaged = finish(tmp_path, "converge-hemisphere", study()).result
     damaged.write_text(damaged.read_text()[:-9])
     missing = finish(tmp_path, "run-ruler-120").result
@@ -471,8 +471,8 @@ def test_plan_names_meshes_and_frames_of_the_figures():
     for size in parts.SIZES:
         for case, runs in parts.plan(size).items():
             for run in runs:
-                assert run.pop("elements") in load_case(case).sizes
-                settings = Settings(**run)
+                assert run["elements"] in load_case(case).sizes
+                settings = Settings(run["dt"], run["end_time"], frame_every=run["frame_every"])
                 between = intervals[case] / (settings.dt * settings.frame_every)
                 assert between == pytest.approx(round(between)) and between > 0.5
 
