@@ -1,4 +1,4 @@
-"""Commands ``corovec plot``, ``corovec animate`` and ``corovec reproduce``."""
+"""Commands ``corovec plot``, ``corovec animate``, ``corovec reproduce`` and ``corovec record``."""
 
 import sys
 
@@ -157,4 +157,38 @@ def reproduce(names, size, jobs, output, list_only, page_only):
     if failed:
         logs = printable(folder / "parts")
         click.echo(f"{failed} of {len(chosen)} parts failed; their logs are in {logs}")
+        sys.exit(1)
+
+
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False))
+@click.option("--list", "list_all", is_flag=True, help="Show all that moved, a line each.")
+def record(folder, list_all):
+    """Keep a small record of the studies and timings below FOLDER; tell what moved.
+
+    FOLDER/records has a JSON file a commit: energies, drifts and verdicts of each study.json, times
+    of each timing.json in units of a dense LU of the same run.  One line says what moved beyond
+    rounding since the last record of another commit.  Exit status 1 if a verdict fell, from
+    agreement to a deviation or from an explained one to an open one; timings never fail.
+
+    \b
+    Examples:
+      corovec record timings
+      corovec record results/reproduce/full --list
+    """
+    from corovec import InputError
+    from corovec.solver.results.files import folder_path
+
+    from .changes import compare
+    from .records import below, keep, load, records_of
+    folder = folder_path(folder)
+    records = records_of(below(folder))
+    if not records:
+        raise InputError(f"{folder} holds no study.json or timing.json")
+    compared = compare(records, *load(folder))
+    keep(folder, records)
+    click.echo(printable(compared.line()))
+    for change in compared.changes if list_all else ():
+        click.echo(printable(f"{change.kind}: {change}"))
+    if compared.fell:
         sys.exit(1)

@@ -21,10 +21,11 @@ from corovec.solver.runtime.provenance import commit, machine, usable_cores, ver
 from corovec.timing.tables import TABLE_OF, TABLES
 from corovec.verification.registry import CASES as VERIFICATION
 
-from . import figures, tables
+from . import changes, figures, tables
 from .drawings import Sources, benchmarks
 from .parts import Lack, Results, plan, status, suite_names
 from .player import packed_text, player
+from .records import load, records_of
 from .style import targets
 from .tables import Cell, worst
 
@@ -65,7 +66,7 @@ def build(size, folder, jobs=1):
         counts=tables.counts([row for part in (*cases, *suites) for row in part.rows]),
         cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(suites),
         verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(results),
-        parts=_parts_table(results),
+        parts=_parts_table(results), changes=_changes(results, folder),
         style=_text("page.css"), script=_text("player.js"),
         players={name: json.dumps(data) for name, data in players.items()},
         plotly=_plotly() if players else "")
@@ -251,7 +252,7 @@ def _evidence(finding, reports):
 
 def _speed(results):
     """Tables of what goes beyond the paper's timings."""
-    makers = {"targets": (tables.targets,), "growth": (tables.growth,),
+    makers = {"targets": (tables.targets,), "growth": (tables.phases, tables.growth),
               "iterations": (tables.iterations, tables.accumulation)}
     read = {name: results.read(f"time-{name}") for name in makers}
     return [SimpleNamespace(tables=[make(read[name][0]) for make in made] if read[name][0] else [],
@@ -267,6 +268,15 @@ def _about(size, results):
         size=size, date=datetime.datetime.now().isoformat(" ", timespec="minutes"),
         commit=commit(), machine=machine(), cores=usable_cores(), versions=versions(),
         seconds=tables.duration(seconds), command=f"corovec reproduce --size {size}")
+
+
+def _changes(results, folder):
+    """What moved since the last records: in one line, and as a table if anything did."""
+    read = [(part.result, results.read(name)[0]) for name, part in results.parts.items()
+            if part.kind in ("converge", "time")]
+    compared = changes.compare(records_of(each for each in read if each[1]), *load(folder))
+    return SimpleNamespace(line=compared.line(), table=changes.table(compared)
+                           if compared.changes else None)
 
 
 def _parts_table(results):

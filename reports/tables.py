@@ -23,10 +23,13 @@ METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "product
            "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU",
            "banded-cholesky": "LAPACK banded Cholesky"}
 
+ROUNDS = ("least", "lower quartile", "median", "upper quartile", "rounds")
+"""Heads of the columns that show how the rounds of a timing lie."""
+
 WORDS = frozenset((
     "mesh", "solver", "verdict", "quantity", "note", "basis", "target", "unit", "met", "detail",
     "matrix", "case", "parameter", "value", "provenance", "source", "what", "kind", "reason",
-    "part", "status", "command", "message"))
+    "phase", "result", "moved", "part", "status", "command", "message"))
 """Heads of columns that hold words; the others hold numbers, which stand on the right."""
 
 
@@ -146,8 +149,7 @@ def times(name, timing):
             if mark:
                 errata[cell.errata] = None
             rows.append([str(elements), title, cell.per_unit + mark if cell else "–",
-                         number(row.get("unit_cpu"), 3), percent(row.get("step_spread"), 0),
-                         cell.run if cell else "–",
+                         *rounds(row, "unit_", "cpu"), cell.run if cell else "–",
                          duration(row.get("run_cpu"), row.get("run_extrapolated")),
                          row.get("basis", "not run")])
     notes = [f"† Erratum: {erratum}." for erratum in errata]
@@ -155,8 +157,15 @@ def times(name, timing):
     notes += [f"{basis}: {BASES[basis]}." for basis in BASES if basis in bases and basis != "steps"]
     notes.append("(*) printed: the paper's mark of an estimate; ours: extrapolated from steps.")
     return Table(f"{TABLES[name]}: CPU seconds of {unit_steps} steps, and of the whole run",
-                 ("elements", "solver", "printed", "ours [s]", "spread", "printed, run",
-                  "ours, run", "basis"), rows, notes)
+                 ("elements", "solver", "printed", *(f"{head} [s]" for head in ROUNDS[:-1]),
+                  ROUNDS[-1], "printed, run", "ours, run", "basis"), rows, notes)
+
+
+def rounds(row, prefix="", median="value"):
+    """How the rounds of a timing lie, as texts below ``ROUNDS``."""
+    count = row.get(f"{prefix}rounds")
+    return [*(number(row.get(prefix + name), 3) for name in ("min", "q1", median, "q3")),
+            str(count) if count else "–"]
 
 
 def ratios(name, timing):
@@ -190,12 +199,13 @@ def targets(timing):
     """Targets of speed beside what was reached."""
     D = timing["tables"]["D"][0]
     return Table(
-        "Targets of speed", ("target", "unit", "at most", "goal", "reached", "met", "detail"),
+        "Targets of speed", ("target", "unit", "at most", "goal", *ROUNDS, "met", "detail"),
         [[row["name"], row["unit"] or "–", number(row["target"], 3), number(row["goal"], 3),
-          number(row["value"], 3), row["met"], row["detail"]]
+          *rounds(row), row["met"], row["detail"]]
          for row in timing["tables"]["targets"]],
         [f"D is the time of one LAPACK LU of a full {D['unknowns']} x {D['unknowns']} matrix on "
-         f"this machine: {number(D['D_cpu'], 3)} s of CPU time."])
+         f"this machine: {number(D['D_cpu'], 3)} s of CPU time ({D['D_rounds']} rounds, quartiles "
+         f"{number(D['D_q1'], 3)} and {number(D['D_q3'], 3)}, least {number(D['D_min'], 3)})."])
 
 
 def iterations(timing):
@@ -220,6 +230,14 @@ def accumulation(timing):
           number(row["tight_iterations"], 3), number(row["paper_energy_drift"], 3),
           number(row["tight_energy_drift"], 3), number(row["difference"], 2),
           number(row["travelled"], 3)] for row in timing["tables"]["iterations-run"]])
+
+
+def phases(timing):
+    """Times of single calls and of a step against the number of elements."""
+    return Table("CPU seconds of single calls, and of a step",
+                 ("case", "elements", "solver", "phase", *ROUNDS),
+                 [[row["case"], str(row["elements"]), METHODS[row["method"]], row["phase"],
+                   *rounds(row, "call_", "cpu")] for row in timing["tables"]["growth-phases"]])
 
 
 def growth(timing):

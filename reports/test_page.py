@@ -26,15 +26,19 @@ from corovec.reports.cli import reproduce as command
 from corovec.reports.parts import Part, Results, Stamps
 from corovec.reports.player import STEPS, player
 from corovec.reports.recording import Recording
+from corovec.reports.records import keep, records_of
+from corovec.timing.measure import Sample
 from corovec.timing.printed import cells
 from corovec.timing.solvers import METHODS
 from corovec.timing.tables import ratios
+from corovec.timing.targets import Target
 from corovec.timing.verdicts import verdicts
 from corovec.verification.case import Row, small
 from corovec.verification.registry import Outcome, find, make_report
 
 SIZE = "quick"
 FRAMES = 61
+WRITTEN = {"date": "2026-01-02", "machine": {"processor": "one"}, "versions": {}}
 DEVIATING = {"name": "30 elements: energy after unloading [J]", "value": 70.6, "reference": 71.373,
              "kind": "published", "tolerance": 7e-6, "reason": "last digit", "above": False,
              "explanation": "", "covers": 0.0, "difference": -0.011, "verdict": "deviates (open)"}
@@ -98,7 +102,9 @@ def study():
     drift = {**DEVIATING, "name": "energy drift", "kind": "analytic", "verdict": "match"}
     rate = {**DEVIATING, "name": "slope", "verdict": "deviates (explained)"}
     return {"mesh": [mesh], "summary": [slope], "verdicts": [DEVIATING, drift, rate],
-            "runs": [{"status": "finished", "error": ""}]}
+            "runs": [{"status": "finished", "error": "", "case": "l-plate",
+                      "membrane": "stress"}],
+            "origin": {"commit": "new", "size": SIZE, **WRITTEN}}
 
 
 def timing():
@@ -112,7 +118,8 @@ def timing():
                 row_cell = {"skyline": cell, "dense": dense}.get(method)
                 rows.append({
                     "table": "Table 2", "case": "l-plate", "elements": cell.elements,
-                    "method": method, "basis": "steps", "unit_cpu": 1.0, "step_spread": 0.1,
+                    "method": method, "basis": "steps",
+                    **Sample((1.25, 1.0, 1.5), (1.0,)).row("unit"),
                     "run_cpu": 8e3, "run_extrapolated": True, "factor_cpu": 1.0, "solve_cpu": 0.1,
                     "unknowns": 240, "storage_bytes": 40560,
                     "step_cpu": 1.1 * dense.seconds if method == "dense" else cell.seconds,
@@ -120,7 +127,9 @@ def timing():
                     "printed_seconds": row_cell and row_cell.printed_seconds})
     compared = ratios(rows)
     return {"tables": {"table-2-times": rows, "table-2-ratios": compared,
-                       "table-2-verdicts": [row.as_dict() for row in verdicts(compared)]}}
+                       "table-2-verdicts": [row.as_dict() for row in verdicts(compared)]},
+            "references": {"table-2": Sample((1.0,), (1.0,)).row("LU")}, "commit": "new",
+            "size": SIZE, **WRITTEN}
 
 
 def cell(html, label):
@@ -171,7 +180,7 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     finish(tmp_path, "converge-l-plate", study(), "failed")
     finish(tmp_path, "time-table-2", timing(), "failed")
     broken = {"status": "failed", "error": "no convergence at t = 1 s"}
-    finish(tmp_path, "converge-ruler", {**study(), "runs": [broken]})
+    finish(tmp_path, "converge-ruler", {**study(), "runs": [{**study()["runs"][0], **broken}]})
     damaged = finish(tmp_path, "converge-hemisphere", study()).result
     damaged.write_text(damaged.read_text()[:-9])
     missing = finish(tmp_path, "run-ruler-120").result
@@ -239,6 +248,38 @@ def test_findings_are_shown_by_cases_that_their_commands_run():
         names = finding["command"].partition(" && ")[0].split()[2:]
         if "cases" in finding:
             assert set(finding["cases"]) <= {case.name for case in find(names)}, finding["title"]
+
+
+def test_rounds_of_every_timing_are_shown(html):
+    """Least, lower quartile, median, upper quartile, how many: 1, 1.125, 1.25, 1.375, 3."""
+    cells = "".join(f'<td class="n">{text}</td>' for text in ("1", "1.12", "1.25", "1.38", "3"))
+    assert html.count(cells) == 3 * len(METHODS)
+    (target,) = tables.targets({"tables": {
+        "D": [{"unknowns": 2, **Sample((0.1,), (0.1,)).row("D")}],
+        "targets": [Target("a", "D", 4.0, 3.0, (2.0, 1.0, 4.0)).row()]}}).rows
+    assert target[4:9] == ["1", "1.50", "2", "3", "3"]
+    (phase,) = tables.phases({"tables": {"growth-phases": [
+        {"case": "plates", "elements": 432, "method": "auto", "phase": "step",
+         **Sample((2.0, 1.0, 4.0), (1.0,)).row("call")}]}}).rows
+    assert phase[4:] == target[4:9]
+
+
+def test_what_moved_since_the_last_record_is_shown(tmp_path, html):
+    """Both numbers, both commits, what fell; without a record, that there is none."""
+    assert "</a>: no earlier record." in html
+    finish(tmp_path, "converge-l-plate", study())
+    before = study()
+    before["origin"].update(commit="old", date="2026-01-01")
+    before["mesh"][0]["energy"] = before["verdicts"][0]["value"] = 70.5
+    before["verdicts"][2]["verdict"] = "match"
+    keep(tmp_path, records_of([(tmp_path, before)]))
+    (tmp_path / "records" / "bad.json").write_text("{", encoding="utf-8")
+    shown = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    assert "</a>: old -&gt; new, 3 compared: 1 verdict fell, 1 number moved; first" in shown
+    assert "record bad.json is damaged and skipped" in shown
+    moved = shown.partition('id="changes"')[2].partition("</section>")[0]
+    for text in ("slope", "deviates (explained)", "70.5", "70.6", "old", "new", "fell"):
+        assert text in moved
 
 
 def test_printed_numbers_errata_and_provenance_are_shown(html):
@@ -430,8 +471,8 @@ def test_plan_names_meshes_and_frames_of_the_figures():
     for size in parts.SIZES:
         for case, runs in parts.plan(size).items():
             for run in runs:
-                assert run.pop("elements") in load_case(case).sizes
-                settings = Settings(**run)
+                assert run["elements"] in load_case(case).sizes
+                settings = Settings(run["dt"], run["end_time"], frame_every=run["frame_every"])
                 between = intervals[case] / (settings.dt * settings.frame_every)
                 assert between == pytest.approx(round(between)) and between > 0.5
 

@@ -22,13 +22,13 @@ SKYLINE_UNKNOWNS = 25_000
 
 
 def growth(effort, progress=lambda text: None):
-    """Rows of the growth study: CPU seconds of one assembly, factorization, solution and of a
-    step, and bytes, for each mesh and method.
+    """(rows of the growth study: median CPU seconds of one assembly, factorization, solution and
+    of a step, and bytes, for each mesh and method; how its rounds lie: a row a phase).
 
     Every model has a process of its own, so that its memory is told apart; ``matrix_bytes`` is the
     storage that is assembled into, ``memory_bytes`` what the process grew by in its steps.
     """
-    rows = []
+    rows, phases = [], []
     for case, sizes in SERIES:
         for method in METHODS:
             for elements in sizes:
@@ -39,9 +39,12 @@ def growth(effort, progress=lambda text: None):
                     rows.append({**row, "basis": "not available"})
                 elif elements * UNKNOWNS[case] <= limit:
                     progress(f"growth: {case}, {elements} elements, {method}")
-                    rows.append({**row, "basis": "steps",
-                                 **isolated(_measure, case, elements, method, effort)})
-    return rows
+                    found, samples = isolated(_measure, case, elements, method, effort)
+                    rows.append({**row, "basis": "steps", **found,
+                                 **{phase: one.median for phase, one in samples.items()}})
+                    phases += [{**row, "phase": phase, **one.row("call")}
+                               for phase, one in samples.items()]
+    return rows, phases
 
 
 def exponents(rows, smallest=500):
@@ -70,8 +73,8 @@ def fit_exponent(n, values):
 
 
 def _measure(case, elements, method, effort):
-    """One model in this process: a step as it is taken, with few factorizations or many, and the
-    median of single calls of each phase."""
+    """One model in this process: what it is, and a ``Sample`` of single calls of each phase and of
+    a step as it is taken, with few factorizations or many."""
     definition = load_case(case)
     with single_thread():
         before = _resident_bytes()
@@ -83,10 +86,9 @@ def _measure(case, elements, method, effort):
         iterations = stepper.iterations
         calls = time_calls(stepper, effort)
     return {"unknowns": stepper.system.numbering.n_dof, "solver": stepper.system.solver.name,
-            "rounds": effort.rounds, "steps_per_round": count, "iterations_per_step": iterations,
-            "assembly": calls.assembly.median, "factorization": calls.factor.median,
-            "solve": calls.solve.median, "step": step.median, "step_spread": step.spread,
-            "matrix_bytes": stepper.system.solver.values.nbytes, "memory_bytes": memory}
+            "steps_per_round": count, "iterations_per_step": iterations,
+            "matrix_bytes": stepper.system.solver.values.nbytes, "memory_bytes": memory}, dict(
+                zip(PHASES, (calls.assembly, calls.factor, calls.solve, step)))
 
 
 def _resident_bytes():

@@ -66,11 +66,6 @@ class Sample:
         """Median CPU seconds."""
         return float(np.median(self.cpu))
 
-    @property
-    def spread(self):
-        """(slowest - fastest round) / median."""
-        return float((max(self.cpu) - min(self.cpu)) / self.median) if self.median else 0.0
-
     def __add__(self, other):
         return Sample(self.cpu + other.cpu, self.wall + other.wall)
 
@@ -79,9 +74,16 @@ class Sample:
         return Sample(tuple(factor * t for t in self.cpu), tuple(factor * t for t in self.wall))
 
     def row(self, prefix):
-        """Entries of a table row."""
-        return {f"{prefix}_cpu": self.median, f"{prefix}_spread": self.spread,
-                f"{prefix}_wall": float(np.median(self.wall))}
+        """Entries of a table row: median (``_cpu``), minimum, quartiles and number of rounds of the
+        CPU seconds, median of the wall-clock seconds."""
+        entries = {"cpu": self.median, **extent(self.cpu), "wall": float(np.median(self.wall))}
+        return {f"{prefix}_{name}": entry for name, entry in entries.items()}
+
+
+def extent(rounds):
+    """Minimum, lower and upper quartile (interpolated) and number of some rounds."""
+    least, q1, q3 = np.quantile(rounds, (0.0, 0.25, 0.75)).tolist() if rounds else (None,) * 3
+    return {"min": least, "q1": q1, "q3": q3, "rounds": len(rounds)}
 
 
 def sample(work, rounds, prepare=None):
@@ -172,8 +174,8 @@ class Calls:
 
     def row(self):
         """Entries of a table row."""
-        return {f"{name}_{what}": getattr(call, number) for name, call in vars(self).items()
-                for what, number in (("cpu", "median"), ("spread", "spread"))}
+        return {name: entry for phase, call in vars(self).items()
+                for name, entry in call.row(phase).items()}
 
 
 def time_calls(stepper, effort):

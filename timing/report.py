@@ -10,34 +10,45 @@ from .growth import exponents, growth
 from .iterations import long_run, step_iterations
 from .measure import load
 from .tables import BASES, TABLES, Bench, ratios
-from .targets import targets
+from .targets import dense_lu, targets
 from .verdicts import verdicts
 
 WRITTEN = {**{name: (f"{name}-times", f"{name}-ratios", f"{name}-verdicts") for name in TABLES},
-           "iterations": ("iterations", "iterations-run"), "growth": ("growth", "growth-exponents"),
-           "targets": ("D", "targets")}
+           "iterations": ("iterations", "iterations-run"),
+           "growth": ("growth", "growth-phases", "growth-exponents"), "targets": ("D", "targets")}
 """Tables that each study gives."""
 
 NAMES = tuple(WRITTEN)
 
+REFERENCE = 1000
+"""Unknowns of the dense LU whose time stands for the machine as it was during a study."""
+
+
+def _rounds(prefix, unit):
+    """Columns of ``Sample.row``, with their unit: minimum, quartiles around the median, number."""
+    return {f"{prefix}_min": unit, f"{prefix}_q1": unit, f"{prefix}_cpu": unit,
+            f"{prefix}_q3": unit, f"{prefix}_rounds": ""}
+
+
 SHOWN = {
-    "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", "unit_cpu": "s",
-              "step_spread": "", "run_steps": "", "run_cpu": "s", "run_extrapolated": "",
-              "printed": "", "printed_run": ""},
+    "times": {"elements": "", "method": "", "basis": "", "unit_steps": "", **_rounds("unit", "s"),
+              "run_steps": "", "run_cpu": "s", "run_extrapolated": "", "printed": "",
+              "printed_run": ""},
     "ratios": {"elements": "", "unknowns": "", "dense_skyline": "", "dense_basis": "", "paper": "",
                "paper_as_printed": "", "dense_auto": "", "lapack_skyline": "", "lapack_basis": "",
                "sparsity": "", "symmetry": "", "profile": ""},
     "verdicts": {"name": "", "value": "", "reference": "", "verdict": ""},
     "growth": {"case": "", "elements": "", "unknowns": "", "method": "", "solver": "",
-               "iterations_per_step": "", "assembly": "s", "factorization": "s", "solve": "s",
-               "step": "s", "step_spread": "", "matrix_bytes": "B", "memory_bytes": "B"},
+               "iterations_per_step": "", "matrix_bytes": "B", "memory_bytes": "B"},
+    "phases": {"case": "", "elements": "", "method": "", "phase": "", **_rounds("call", "s")},
+    "D": {"unknowns": "", **_rounds("D", "s")},
     "iterations": {"dt": "s", "matrix": "", "gap": "", "iterations": "", "iterations_converged": "",
                    "error": "", "paper_error": "", "converged_error": ""},
     "run": {"dt": "s", "time": "s", "paper_iterations": "", "tight_iterations": "",
             "paper_energy_drift": "", "tight_energy_drift": "", "difference": "m",
             "travelled": "m"},
-    "targets": {"name": "", "value": "", "unit": "", "target": "", "goal": "", "met": "",
-                "detail": ""}}
+    "targets": {"name": "", "min": "", "q1": "", "value": "", "q3": "", "rounds": "", "unit": "",
+                "target": "", "goal": "", "met": "", "detail": ""}}
 """Columns shown, by the end of a table's name; the files have them all."""
 
 
@@ -55,8 +66,8 @@ def collect(name, effort, bench, folder=None, progress=lambda text: None):
         progress("iterations")
         return {"iterations": step_iterations(), "iterations-run": long_run()}
     if name == "growth":
-        rows = growth(effort, progress)
-        return {"growth": rows, "growth-exponents": exponents(rows)}
+        rows, phases = growth(effort, progress)
+        return {"growth": rows, "growth-phases": phases, "growth-exponents": exponents(rows)}
     rows, D = targets(effort, folder, progress)
     return {"D": [D], "targets": [target.row() for target in rows]}
 
@@ -64,12 +75,17 @@ def collect(name, effort, bench, folder=None, progress=lambda text: None):
 def run(names, report, effort, folder=None, progress=lambda text: None):
     """Collect the studies into ``report["tables"]``, one after the other; yields their tables.
 
-    With a folder, ``timing.json`` and a CSV a table are written after each.
+    A dense LU of ``REFERENCE`` unknowns is timed before and after each study, for its times to be
+    compared with other runs.  With a folder, ``timing.json`` and a CSV a table are written after
+    each.
     """
     bench = Bench(effort)
-    report["tables"] = {}
+    report["tables"], report["references"] = {}, {}
     for name in names:
+        reference = dense_lu(effort.rounds, REFERENCE)
         tables = collect(name, effort, bench, folder, progress)
+        reference += dense_lu(effort.rounds, REFERENCE)
+        report["references"][name] = {"unknowns": REFERENCE, **reference.row("LU")}
         report["tables"].update(tables)
         report["load_at_end"] = load()
         if folder is not None:

@@ -88,12 +88,11 @@ class Bench:
             remaining = sample(lambda: stepper.steps(cell.steps - done), 1).median
             run = remaining * cell.steps / (cell.steps - done)
         return {"unknowns": stepper.system.numbering.n_dof, "basis": "steps",
-                "rounds": self.effort.rounds, "steps_per_round": count,
-                "iterations_per_step": stepper.iterations,
+                "steps_per_round": count, "iterations_per_step": stepper.iterations,
                 "halvings": stepper.record.halvings, "solver": stepper.system.solver.name,
-                "storage_bytes": stepper.system.solver.values.nbytes, **step.row("step"),
+                "storage_bytes": stepper.system.solver.values.nbytes, "step_cpu": step.median,
                 **calls.row(), "rest": rest, "calls": calls,
-                "unit_cpu": step.median * cell.unit_steps, "run_cpu": run,
+                **step.scaled(cell.unit_steps).row("unit"), "run_cpu": run,
                 "run_extrapolated": extrapolated}
 
     def _from_calls(self, model, dt, method, cell, skyline):
@@ -113,9 +112,9 @@ class Bench:
             self._remember(method, n, calls)
         step = calls.step(iterations, skyline["rest"])
         return {"unknowns": n, "basis": basis, "scaled_from_unknowns": scaled_from,
-                "rounds": len(step.cpu), "steps_per_round": 0, "iterations_per_step": iterations,
-                "halvings": 0, "solver": method, "storage_bytes": storage, **step.row("step"),
-                **calls.row(), "unit_cpu": step.median * cell.unit_steps,
+                "steps_per_round": 0, "iterations_per_step": iterations, "halvings": 0,
+                "solver": method, "storage_bytes": storage, "step_cpu": step.median,
+                **calls.row(), **step.scaled(cell.unit_steps).row("unit"),
                 "run_cpu": step.median * cell.steps, "run_extrapolated": True}
 
     def _expected(self, method, n):

@@ -13,7 +13,7 @@ from corovec.benchmarks import load_case
 from corovec.solver.system.failure import SingularMatrix
 from corovec.timing import iterations, measure, peers, targets
 from corovec.timing.cli import time
-from corovec.timing.growth import exponents, fit_exponent
+from corovec.timing.growth import PHASES, exponents, fit_exponent, growth
 from corovec.timing.measure import Calls, Effort, Sample, Stepper, sample
 from corovec.timing.printed import PRINTED, cells, doubts, errata, seconds, unit_steps
 from corovec.timing.report import run, text
@@ -114,10 +114,11 @@ def test_a_singular_matrix_is_told():
             solver.factor()
 
 
-def test_sample_medians_and_spread():
+def test_sample_median_and_extent():
     times = Sample((3.0, 1.0, 2.0), (6.0, 2.0, 4.0))
-    assert times.median == 2.0 and times.spread == 1.0
-    assert times.scaled(0.5).row("step") == {"step_cpu": 1.0, "step_spread": 1.0, "step_wall": 2.0}
+    assert times.scaled(0.5).row("step") == {
+        "step_cpu": 1.0, "step_min": 0.5, "step_q1": 0.75, "step_q3": 1.25, "step_rounds": 3,
+        "step_wall": 2.0}
     assert (times + Sample((9.0,), (9.0,))).median == 2.5
     calls = []
     rounds = sample(lambda: calls.append("work"), 2, lambda: calls.append("prepare"))
@@ -144,7 +145,7 @@ def test_rounds_of_single_calls(monkeypatch, seconds, rounds):
 
 def test_table_row_from_single_calls(monkeypatch):
     """A dense solver that may not take whole steps: its row is that of single calls, and is marked,
-    with the spread of their rounds."""
+    with how their rounds lie."""
     def seconds(*rounds):
         return Sample(rounds, rounds)
     calls = Calls(seconds(0.1, 0.1, 0.1), seconds(2.0, 2.1, 1.9), seconds(0.01, 0.01, 0.01))
@@ -155,10 +156,12 @@ def test_table_row_from_single_calls(monkeypatch):
     skyline = {"unknowns": 240, "iterations_per_step": 3.0, "rest": 0.5, "calls": calls}
     target = cell("Table 2", "dense", 30)
     row = bench._method(model, 1e-4, "dense", target, skyline)
-    assert row["basis"] == "single calls" and row["run_extrapolated"] and row["rounds"] == 3
+    assert row["basis"] == "single calls" and row["run_extrapolated"]
     assert row["step_cpu"] == pytest.approx(3 * 2.11 + 0.5)
-    assert row["step_spread"] == pytest.approx(3 * 0.2 / row["step_cpu"])
-    assert row["unit_cpu"] == pytest.approx(100 * row["step_cpu"])
+    assert row["unit_cpu"] == pytest.approx(100 * row["step_cpu"]) and row["unit_rounds"] == 3
+    assert row["unit_min"] == pytest.approx(100 * (3 * 2.01 + 0.5))
+    assert row["unit_q3"] - row["unit_q1"] == pytest.approx(100 * 3 * 0.1)
+    assert row["factor_q3"] == pytest.approx(2.05) and row["factor_rounds"] == 3
     assert row["run_cpu"] == pytest.approx(800000 * row["step_cpu"])
     # 5490 unknowns are too many to time: first 2745 are, which are then scaled by 8 and by 4
     timed.clear()
@@ -236,6 +239,17 @@ def test_exponents():
     assert fits["matrix_bytes"] == pytest.approx(1.0)
 
 
+def test_growth_keeps_the_rounds_of_every_phase():
+    """The only mesh of at most 200 unknowns, with both methods."""
+    rows, phases = growth(TINY)
+    medians = {(row["method"], phase): row[phase] for row in rows if row["basis"] == "steps"
+               for phase in PHASES}
+    assert {(row["method"], row["phase"]): row["call_cpu"] for row in phases} == medians
+    assert len(phases) == 8 and all(row["call_rounds"] >= TINY.rounds for row in phases)
+    heads = " ".join(text("growth-phases", phases).splitlines()[1].split())
+    assert "call_min [s] call_q1 [s] call_cpu [s] call_q3 [s] call_rounds" in heads
+
+
 def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
     """The paper's claim, at a hundred times its step: the rotary inertia alone varies."""
     rows = {row["matrix"]: row for row in iterations.step_iterations((1e-2,))}
@@ -253,11 +267,17 @@ def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
 
 
 def test_verdicts_of_targets():
-    assert Target("a", "D", 4.0, 3.0, 2.9).met == "goal"
-    assert Target("a", "D", 4.0, 3.0, 3.5).met == "target"
-    assert Target("a", "D", 4.0, 3.0, 4.5).met == "no"
-    assert Target("a", "D", 4.0, 3.0, None).row()["met"] == "not measured"
-    assert Target("a", "D", 4.0, 3.0, None, missed=True).row()["met"] == "no"
+    assert Target("a", "D", 4.0, 3.0, (2.9,)).met == "goal"
+    assert Target("a", "D", 4.0, 3.0, (9.0, 3.5, 3.2)).met == "target"
+    assert Target("a", "D", 4.0, 3.0, (4.5,)).met == "no"
+    assert Target("a", "D", 4.0, 3.0).row()["met"] == "not measured"
+    assert Target("a", "D", 4.0, 3.0, missed=True).row()["met"] == "no"
+
+
+def test_targets_tell_how_their_rounds_lie():
+    row = Target("a", "D", 4.0, 3.0, (9.0, 1.0, 2.0, 3.0, 4.0)).row()
+    assert [row[name] for name in ("min", "q1", "value", "q3", "rounds")] == [1.0, 2.0, 3.0, 4.0, 5]
+    assert text("targets", [row]).split()[1:7] == ["name", "min", "q1", "value", "q3", "rounds"]
 
 
 def test_every_target_is_reported(monkeypatch):
@@ -280,7 +300,10 @@ def test_report_is_written_as_it_grows(tmp_path, no_cases):
     assert {"commit", "versions", "machine", "cores", "load", "load_at_end"} <= set(read)
     assert {"corovec", "numpy", "scipy", "numba", "python"} <= set(read["versions"])
     assert set(read["tables"]) == {"table-6-times", "table-6-ratios", "table-6-verdicts", "growth",
-                                   "growth-exponents"}
+                                   "growth-phases", "growth-exponents"}
+    assert set(read["references"]) == {"table-6", "growth"}
+    assert all(row["LU_cpu"] > 0.0 and row["LU_rounds"] >= 6  # before and after
+               for row in read["references"].values())
     frame = pd.read_csv(tmp_path / "table-6-times.csv")
     assert frame["method"].tolist() == list(METHODS)
     assert frame["printed"][0] == "5.145 s"
