@@ -322,9 +322,9 @@ def write_tables(folder, tables, origin):
 
 
 def as_json(tables, origin):
-    """Tables and their origin as one object of plain values; NaN becomes None."""
-    records = {name: json.loads(frame.to_json(orient="records", double_precision=15))
-               for name, frame in tables.items()}
+    """Tables and their origin as one object of plain values, all digits kept; NaN becomes None."""
+    records = {name: [{key: value if value == value else None for key, value in row.items()}
+                      for row in frame.to_dict("records")] for name, frame in tables.items()}
     return {"origin": origin, **records}
 
 

@@ -483,6 +483,14 @@ def test_tables_are_replaced_as_a_whole(tmp_path):
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == there
 
 
+def test_small_numbers_keep_their_digits():
+    """A drift of 1.362e-15 is not 1e-15, and what is no number is none."""
+    frame = pd.DataFrame({"drift": [1.362e-15, np.nan], "n": [30, 120], "ok": [True, False]})
+    text = json.dumps(tables.as_json({"drift": frame}, {}))
+    assert json.loads(text)["drift"] == [{"drift": 1.362e-15, "n": 30, "ok": True},
+                                         {"drift": None, "n": 120, "ok": False}]
+
+
 def test_commit_outside_git(monkeypatch, tmp_path):
     monkeypatch.setattr(provenance, "__file__", str(tmp_path / "provenance.py"))
     assert tables.commit() == f"version {tables.versions()['corovec']}"
