@@ -563,6 +563,11 @@ WHOLE = """() => [document.documentElement.scrollWidth <= innerWidth,
         && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.className || e.tagName)]"""
 
 
+IN_SIGHT = """target => {
+    const box = document.querySelector(target).getBoundingClientRect();
+    return box.top >= 0 && box.bottom <= innerHeight; }"""
+
+
 @pytest.mark.parametrize("width", [390, 1440])
 def test_whole_in_a_browser(browser, results, html, width):
     """No error, no image missing, nothing beyond the edge, nothing fetched; the player plays."""
@@ -601,7 +606,7 @@ def test_the_row_that_a_cell_leads_to_is_visible(browser, results, html):
         assert not tab.locator(target).is_visible()
         tab.locator(f'a.cell[href="{target}"]').first.click()
         tab.locator(target).wait_for(state="visible")
-        assert tab.locator(target).evaluate("e => e.getBoundingClientRect().top < innerHeight")
+        tab.wait_for_function(IN_SIGHT, arg=target)
     tab.close()
 
 
