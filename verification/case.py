@@ -89,7 +89,8 @@ class Row:
     @property
     def limit(self):
         """Largest |difference|, with its uncertainty, that counts as agreement."""
-        return max(self.tolerance, FITTED) if self.rests_on in CHOSEN else self.tolerance
+        chosen = self.rests_on in CHOSEN and self.scale is None
+        return max(self.tolerance, FITTED) if chosen else self.tolerance
 
     @property
     def _agreement(self):

@@ -76,6 +76,7 @@ def test_names_are_unique():
     (1.0009, {"rests_on": "selected"}, "selected"), (1.0, {"rests_on": "calibrated"}, "calibrated"),
     (1.0011, {"rests_on": "selected"}, "deviates (open)"), (1.0, {"rests_on": "assumed"}, "match"),
     (1.0009, {"rests_on": "selected", "uncertainty": 2e-4}, "deviates (open)"),
+    (1.0009, {"rests_on": "selected", "scale": 1.0}, "deviates (open)"),
     (float("nan"), {"tolerance": 9.0}, "deviates (open)"),
 ])
 def test_verdicts(value, options, verdict):
