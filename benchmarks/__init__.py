@@ -1,7 +1,8 @@
 """The paper's benchmarks: one model file each, with the provenance of every parameter.
 
 Provenance is ``printed`` (the paper's text or tables), ``derived`` (follows from printed numbers),
-``assumed`` (our reconstruction of a lost figure) or ``calibrated`` (fitted to a printed energy).
+``assumed`` (our reconstruction of a lost figure), ``selected`` (chosen among candidates by a
+printed result) or ``calibrated`` (fitted to a printed energy).
 """
 
 from functools import cache

@@ -1,4 +1,5 @@
-"""Errors and rates of convergence of a sequence of meshes, by the paper's rule and by Richardson's.
+"""Errors and rates of convergence of a sequence of meshes, by the paper's rule and by Richardson's;
+limits of a sequence of time steps.
 
 The paper takes the finest mesh as the reference, which makes the rate of the finer meshes look
 better than it is; Richardson's way needs no reference: it compares successive differences.
@@ -10,6 +11,10 @@ import numpy as np
 
 EQUAL_RATIOS = 1e-2
 """Largest relative difference of two refinement ratios that count as the same."""
+
+
+SECOND = (1.5, 2.5)
+"""Observed orders in the time step with which its limit is extrapolated."""
 
 
 class Fit(NamedTuple):
@@ -26,9 +31,17 @@ class Richardson(NamedTuple):
     limit: float
 
 
+class Limit(NamedTuple):
+    """A value at a time step of zero, its uncertainty, and the order that was used, NaN if none."""
+
+    value: float
+    uncertainty: float
+    order: float
+
+
 def log_log_fit(x, y):
-    """``Fit`` by least squares; points that are not positive are left out, and R² needs more
-    than two."""
+    """``Fit`` by least squares; points that are not positive are left out.  Two points have no
+    slope: any line goes through them."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     good = x > 0.0
     return semi_log_fit(np.log(x[good]), y[good])
@@ -38,10 +51,9 @@ def semi_log_fit(x, y):
     """``Fit`` of log y against x; otherwise as ``log_log_fit``."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     x, y = x[y > 0.0], np.log(y[y > 0.0])
-    if len(x) < 2:
+    if len(x) < 3:
         return Fit(np.nan, np.nan)
-    slope = np.polyfit(x, y, 1)[0]
-    return Fit(float(slope), float(np.corrcoef(x, y)[0, 1] ** 2) if len(x) > 2 else np.nan)
+    return Fit(float(np.polyfit(x, y, 1)[0]), float(np.corrcoef(x, y)[0, 1] ** 2))
 
 
 def finest_as_reference(elements, values):
@@ -69,6 +81,22 @@ def richardson(elements, values):
     if len(d) and orders[-1] > 0.0:
         limit = values[-1] + d[-1] / (ratios[-1] ** orders[-1] - 1.0)
     return Richardson(orders, float(limit))
+
+
+def step_limit(values):
+    """``Limit`` of values at time steps of which each is half of the one before.
+
+    With three that show second order, Richardson's: ``E_n + d_n / (2^p - 1)``, uncertain by what it
+    adds to E_n.  Else E_n, uncertain by d_n, what the last halving changed.
+    """
+    d = np.diff(np.asarray(values, dtype=float))
+    if not len(d):
+        return Limit(float(values[-1]) if len(values) else np.nan, np.nan, np.nan)
+    order = np.log2(d[-2] / d[-1]) if len(d) > 1 and d[-1] * d[-2] > 0.0 else np.nan
+    if not SECOND[0] <= order <= SECOND[1]:
+        return Limit(float(values[-1]), float(abs(d[-1])), np.nan)
+    added = d[-1] / (2.0**order - 1.0)
+    return Limit(float(values[-1] + added), float(abs(added)), float(order))
 
 
 def mesh_errors(values):

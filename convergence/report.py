@@ -28,15 +28,18 @@ def show(study, tables, folder):
 
 def _show_mesh(mesh):
     finest = mesh["elements"].iloc[-1]
-    click.echo(f"{'elements':>9} {'printed [J]':>12} {'error':>7} {'ours [J]':>10} {'error':>7} "
-               f"{'difference':>11} {'E drift':>9} {'L drift':>9} {'J drift':>9} {'time':>9}")
+    click.echo(f"{'elements':>9} {'printed [J]':>12} {'error':>7} {'ours [J]':>10} {'dt':>8} "
+               f"{'error':>7} {'difference':>11} {'E drift':>9} {'L drift':>9} {'J drift':>9} "
+               f"{'time':>9}")
     for row in mesh.itertuples():
         click.echo(f"{row.elements:>9} {row.printed:>12} {_percent(row.error_of_printed):>7} "
-                   f"{row.energy:>10.3f} {_percent(row.error):>7} {row.difference:>+11.2%} "
-                   f"{row.energy_drift:>9.1e} {row.linear_momentum_drift:>9.0e} "
-                   f"{row.angular_momentum_drift:>9.0e} {row.seconds:>7.1f} s")
-    click.echo(f"Errors: relative to the mesh of {finest} elements.  Drifts: in free flight until "
-               f"{mesh['end_time'].iloc[0]:g} s.")
+                   f"{row.energy_limit:>10.3f} {'±' + format(row.limit_uncertainty, '.0e'):>8} "
+                   f"{_percent(row.error):>7} {row.difference:>+11.2%} {row.energy_drift:>9.1e} "
+                   f"{row.linear_momentum_drift:>9.1e} {row.angular_momentum_drift:>9.1e} "
+                   f"{row.seconds:>7.1f} s")
+    click.echo(f"Errors: relative to the mesh of {finest} elements, all at dt = "
+               f"{mesh['dt'].iloc[0]:g} s.  Energies: at dt = 0, with what the time steps leave "
+               f"uncertain.  Drifts: in free flight until {mesh['end_time'].iloc[0]:g} s.")
 
 
 def _show_summary(summary):

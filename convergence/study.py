@@ -16,7 +16,7 @@ from corovec.benchmarks import load_case
 from corovec.solver.checks import choice
 from corovec.solver.dynamics.result import unloaded_row
 
-from .rates import mesh_errors
+from .rates import mesh_errors, step_limit
 from .run import Run
 
 PRINTED = Path(__file__).with_name("printed.toml")
@@ -203,6 +203,17 @@ class CaseStudy:
         return np.array([unloaded_energy(outcomes[self.mesh_run(n, self.mesh_steps[k]).key])
                          for n in self.elements])
 
+    def limit(self, outcomes, elements):
+        """``Limit`` of the energy of a mesh as the time step goes to zero, and the smallest step:
+        of the runs of the mesh study, or on the coarsest mesh of the study of the time step if that
+        went farther; runs with halved steps have no single one and are left out."""
+        steps = self.mesh_steps[:self.level(outcomes) + 1]
+        if elements == self.elements[0] and self.temporal_steps[-1] < steps[-1]:
+            steps = self.temporal_steps
+        ended = [(dt, outcomes[self.mesh_run(elements, dt).key]) for dt in steps]
+        whole = [(dt, unloaded_energy(outcome)) for dt, outcome in ended if not halved(outcome)]
+        return step_limit([energy for _, energy in whole]), whole[-1][0] if whole else np.nan
+
     def step_changes(self, outcomes, k):
         """What halving the k-th time step would change at most, relative to the mesh errors (n,).
 
@@ -253,6 +264,11 @@ def unloaded_energy(outcome):
     if history is None:
         return np.nan
     return float(total_energy(history)[unloaded_row(history, outcome.run.model.unloaded_at)])
+
+
+def halved(outcome):
+    """Whether a run had to halve a step."""
+    return outcome.history is not None and bool(outcome.history["halvings"].any())
 
 
 def printed_results(case):

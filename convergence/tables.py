@@ -19,10 +19,11 @@ from .study import (
     FLIGHT,
     JUSTIFIED,
     RHO_INF,
+    halved,
     printed_results,
     unloaded_energy,
 )
-from .verdicts import verdicts
+from .verdicts import PAPERS, verdicts
 
 DRIFTS = {f"{name}_drift": name for name in ("energy", "linear_momentum", "angular_momentum")}
 
@@ -56,23 +57,32 @@ def study_tables(study, outcomes):
 
 
 def keeps_promises(verdicts):
-    """Whether all that the scheme promises holds or is explained, printed numbers left aside."""
-    promised = verdicts[verdicts["kind"] != "published"]
+    """Whether all that the scheme promises holds or is explained; what the paper says is aside."""
+    promised = verdicts[~verdicts["kind"].isin(PAPERS)]
     return not (promised["verdict"] == "deviates (open)").any()
 
 
 def mesh_table(study, outcomes):
-    """Energy after unloading, mesh by mesh, beside the printed one: errors by both rules."""
+    """Energy after unloading, mesh by mesh, beside the printed one: errors by both rules.
+
+    ``energy`` is that of the time step ``dt``, the same for all meshes, of which errors and orders
+    are made; ``energy_limit`` that of a time step of zero, uncertain by ``limit_uncertainty``,
+    which is compared with the printed one.
+    """
     level = study.level(outcomes)
     dt = study.mesh_steps[level]
     ended = [outcomes[study.mesh_run(n, dt).key] for n in study.elements]
     energy = study.energies(outcomes, level)
     printed = printed_energies(study)
     ours, theirs = richardson(study.elements, energy), richardson(study.elements, printed)
+    limits, smallest = zip(*(study.limit(outcomes, n) for n in study.elements))
+    at_zero = np.array([limit.value for limit in limits])
     frame = pd.DataFrame({
         "case": study.case, "elements": study.elements, "dt": dt,
         "end_time": [outcome.run.settings.end_time for outcome in ended], "energy": energy,
-        "printed": printed_texts(study, "energy"), "difference": energy / printed - 1.0,
+        "energy_limit": at_zero, "limit_uncertainty": [limit.uncertainty for limit in limits],
+        "limit_order": [limit.order for limit in limits], "smallest_dt": smallest,
+        "printed": printed_texts(study, "energy"), "difference": at_zero / printed - 1.0,
         "error": finest_as_reference(study.elements, energy)[0],
         "error_of_printed": finest_as_reference(study.elements, printed)[0],
         "printed_error": printed_texts(study, "error"),
@@ -95,8 +105,8 @@ def time_step_table(study, outcomes):
     steps = study.temporal_steps
     ended = [outcomes[study.temporal_run(dt).key] for dt in steps]
     energy = np.array([unloaded_energy(outcome) for outcome in ended])
-    halved = np.array([run_measures(outcome)["halvings"] > 0 for outcome in ended])
-    change = np.append(np.where(halved[:-1] | halved[1:], np.nan, np.diff(energy)), np.nan)
+    unclear = np.array([halved(outcome) for outcome in ended])
+    change = np.append(np.where(unclear[:-1] | unclear[1:], np.nan, np.diff(energy)), np.nan)
     limit = energy[-1] + (energy[-1] - energy[-2]) / 3.0
     frame = pd.DataFrame({
         "case": study.case, "elements": study.elements[0], "dt": steps,
@@ -312,9 +322,9 @@ def write_tables(folder, tables, origin):
 
 
 def as_json(tables, origin):
-    """Tables and their origin as one object of plain values; NaN becomes None."""
-    records = {name: json.loads(frame.to_json(orient="records", double_precision=15))
-               for name, frame in tables.items()}
+    """Tables and their origin as one object of plain values, all digits kept; NaN becomes None."""
+    records = {name: [{key: value if value == value else None for key, value in row.items()}
+                      for row in frame.to_dict("records")] for name, frame in tables.items()}
     return {"origin": origin, **records}
 
 

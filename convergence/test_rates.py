@@ -11,6 +11,7 @@ from corovec.convergence.rates import (
     log_log_fit,
     mesh_errors,
     richardson,
+    step_limit,
 )
 from corovec.convergence.study import PRINTED
 
@@ -32,10 +33,20 @@ def test_fit_of_a_power_law():
     assert log_log_fit(x, [1.0, 2.0, 1.0, 2.0]).r_squared < 0.5
 
 
-def test_fit_needs_two_points_and_r_squared_three():
-    assert np.isnan(log_log_fit([1.0], [2.0])).all()
-    fit = log_log_fit([1.0, 2.0, 3.0], [4.0, 1.0, 0.0])
-    assert fit.slope == pytest.approx(-2.0) and np.isnan(fit.r_squared)
+def test_a_slope_needs_three_points():
+    assert np.isnan(log_log_fit([1.0, 2.0, 3.0], [4.0, 1.0, 0.0])).all()
+    assert log_log_fit([1.0, 2.0, 4.0], [4.0, 1.0, 0.25]).slope == pytest.approx(-2.0)
+
+
+@pytest.mark.parametrize("values, limit, uncertainty, order", [
+    ([5.0 + 3.2, 5.0 + 0.8, 5.0 + 0.2], 5.0, 0.2, 2.0), ([5.0 + 0.8, 5.0 + 0.2], 5.2, 0.6, None),
+    ([5.0 + 0.8, 5.0 + 0.4, 5.0 + 0.2], 5.2, 0.2, None), ([5.0, 5.4, 5.1], 5.1, 0.3, None),
+    ([5.0], 5.0, None, None), ([], None, None, None)])
+def test_limit_in_the_time_step(values, limit, uncertainty, order):
+    """Of second order it is extrapolated; else the last halving says how uncertain it is."""
+    found = step_limit(values)
+    for ours, expected in zip(found, (limit, uncertainty, order)):
+        assert ours == pytest.approx(np.nan if expected is None else expected, nan_ok=True)
 
 
 def test_slope_printed_with_table_1():

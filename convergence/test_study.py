@@ -19,7 +19,7 @@ from corovec.convergence.cli import converge
 from corovec.convergence.report import show
 from corovec.convergence.run import Run
 from corovec.convergence.study import SIZES, CaseStudy, Size, run_studies
-from corovec.convergence.verdicts import assumptions, last_digit
+from corovec.convergence.verdicts import PAPERS, assumptions, last_digit, rests_on
 from corovec.solver.results.layout import DYNAMICS
 from corovec.solver.runtime import execution, provenance
 from corovec.solver.runtime.execution import Workers
@@ -127,9 +127,12 @@ def test_rates_of_known_energies():
     assert mesh["richardson_error"].tolist() == pytest.approx(
         [2.0 / limit, 1.0 / limit, 0.5 / limit], rel=1e-6)
     assert mesh["error"].tolist() == pytest.approx([1.5 / 72.5, 0.5 / 72.5, 0.0], rel=1e-4)
-    assert summary(frames, "slope, finest mesh as reference") == pytest.approx(
-        -np.log2(3.0), abs=1e-9)
-    assert np.isnan(summary(frames, "R squared"))
+    for quantity in ("slope, finest mesh as reference", "R squared"):  # two points have none
+        assert np.isnan(summary(frames, quantity))
+    assert mesh["energy_limit"].tolist() == pytest.approx([71.0, 72.0, 72.5], rel=1e-6)
+    assert mesh["smallest_dt"].tolist() == [0.00125, 0.01, 0.01]
+    assert mesh["limit_uncertainty"].tolist() == pytest.approx(
+        [0.5 * 0.00125**2, 1.5 * 0.01**2, 1.5 * 0.01**2], rel=1e-3)
     assert steps["order"].dropna().tolist() == pytest.approx([2.0] * 3, abs=1e-4)
     assert steps["paper_dt"].tolist() == [False] * 5 + [True]
     assert steps["dt"].iloc[-1] == 1e-4 and steps["error"].iloc[-1] < 1e-9
@@ -146,7 +149,8 @@ def test_rates_of_known_energies():
         np.sqrt(1e-6 / 0.08), rel=1e-6)
     losses = frames["dissipation"].groupby("rho_inf")["energy_change"].last()
     assert losses[0.5] == pytest.approx(-0.05, rel=1e-3)
-    assert set(frames["verdicts"]["verdict"]) <= set(OK)
+    promised = frames["verdicts"][~frames["verdicts"]["kind"].isin(PAPERS)]
+    assert set(promised["verdict"]) <= set(OK)
 
 
 def test_printed_columns_beside_ours():
@@ -159,28 +163,30 @@ def test_printed_columns_beside_ours():
     assert row["of_printed"] == row["of_all_printed"] and f"{row['of_printed']:.2f}" == "-1.27"
     assert row["printed"] == "-1.27"
     verdicts = frames["verdicts"].set_index("name")["verdict"]
-    assert verdicts["printed energies: slope, finest mesh as reference"] == "within tolerance"
-    assert verdicts["printed energies: R squared"] == "within tolerance"
+    assert verdicts["printed energies: slope, finest mesh as reference"] == "match"
+    assert verdicts["printed energies: R squared"] == "match"
     for name in ("30 elements: energy after unloading [J]", "slope, finest mesh as reference",
                  "order, successive differences"):
-        assert verdicts[name] == "deviates (explained)"
+        assert verdicts[name] == "deviates (open)"
 
 
-@pytest.mark.parametrize("share, verdict", [(0.5, "deviates (explained)"),
-                                            (0.005, "within tolerance")])
-def test_agreement_beyond_the_time_step_is_chance(share, verdict):
-    """1283.52 J agrees with the printed 1283.5 J to 2e-5, but only if halving the time step changes
-    less: a part of the mesh error of 7.7 J."""
-    mesh = pd.DataFrame([{"elements": 4096, "printed": "1283.5", "energy": 1283.52, "error": 0.0,
-                          "error_of_printed": 0.0, "time_step_share": share, "mesh_error": 7.7}])
+@pytest.mark.parametrize("energy, uncertainty, verdict", [
+    (1275.9, 0.2, "selected"), (1276.1, 0.2, "deviates (explained)"),
+    (1276.218, 0.01, "deviates (open)"), (1274.9, 2.0, "deviates (explained)")])
+def test_no_coarse_step_passes(energy, uncertainty, verdict):
+    """Printed 1274.9 J: a thousandth of it, 1.27 J, must hold all that time steps leave open."""
+    mesh = pd.DataFrame([{"elements": 1024, "printed": "1274.9", "energy_limit": energy,
+                          "limit_uncertainty": uncertainty}])
     shell = SimpleNamespace(case="hemisphere", definition=load_case("hemisphere"))
     (row,) = verdicts._printed_energies(shell, mesh)
-    assert row.verdict == verdict
+    assert row.verdict == verdict and row.rests_on == "selected"
 
 
 def labels(text):
-    """What stands at the beginnings of the lines of a study as text, numbers left out."""
-    return [re.split(r"  +|[:,] |\d", line.strip())[0] for line in text.splitlines()]
+    """What stands at the beginnings of the lines of a study as text, without numbers and repeats:
+    how many rows deviate depends on the numbers."""
+    return list(dict.fromkeys(re.split(r"  +|[:,] |\d", line.strip())[0]
+                              for line in text.splitlines()))
 
 
 def test_documentation_shows_a_study_as_it_is_printed(capsys):
@@ -226,16 +232,17 @@ def test_a_bad_scheme_is_found_out():
         assert verdicts[name] == "deviates (open)"
 
 
-@pytest.mark.parametrize("part, verdict", [(0.9, "match"), (1.1, "deviates (open)")])
-def test_momenta_are_as_good_as_asked_for(part, verdict):
+@pytest.mark.parametrize("part, good", [(0.9, True), (1.1, False)])
+def test_momenta_are_as_good_as_asked_for(part, good):
     """1e-11 and 1e-8."""
     def change(outcome, _):
         outcome.momenta = part * 1e-11, part * 1e-8
 
     case_study = CaseStudy("l-plate")
     verdicts = changed(case_study, run_studies([case_study], Formulas()), change)
-    for name in ("linear", "angular"):
-        assert verdicts[f"{name} momentum drift, 4 s, dt = 0.00125 s"] == verdict
+    for name, verdict in (("linear", "match"), ("angular", "within tolerance")):
+        assert verdicts[f"{name} momentum drift, 4 s, dt = 0.00125 s"] == (
+            verdict if good else "deviates (open)")
 
 
 AT_4_S = "energy drift, 4 s, dt = 0.00125 s"
@@ -243,9 +250,9 @@ FOR_TARGET = "time step for an energy drift of 1e-06 [s]"
 
 
 @pytest.mark.parametrize("name, drift, verdict", [
-    (AT_4_S, 0.5, "match"), (AT_4_S, 60.0, "deviates (explained)"),
+    (AT_4_S, 0.5, "within tolerance"), (AT_4_S, 60.0, "deviates (explained)"),
     (AT_4_S, 70.0, "deviates (open)"),
-    (FOR_TARGET, 90.0, "match"), (FOR_TARGET, 110.0, "deviates (explained)"),
+    (FOR_TARGET, 90.0, "bound met"), (FOR_TARGET, 110.0, "deviates (explained)"),
     (FOR_TARGET, 9e3, "deviates (explained)"), (FOR_TARGET, 1.1e4, "deviates (open)")])
 def test_the_energy_drift_has_a_target_and_a_bound(name, drift, verdict):
     """1e-6 and 1e-4: of drift dt^2 at 1.25e-3 s, and at the paper's 1e-4 s, where it is 1e-6 if
@@ -314,7 +321,9 @@ def test_half_of_the_last_digit():
 
 
 def test_assumptions_are_counted():
-    assert "9 assumed" in assumptions(load_case("l-plate"))
+    assert "7 assumed, 2 selected" in assumptions(load_case("l-plate"))
+    weakest = [rests_on(load_case(name)) for name in ("l-plate", "ruler", "hemisphere")]
+    assert weakest == ["selected", "calibrated", "selected"]
 
 
 @dataclass(eq=False)
@@ -358,11 +367,10 @@ def test_claims_that_hold(capsys):
     assert "u_x(A) -1 to 1 m, period 0.0" in shown and "like exp(80 t/s), R squared 1.000" in shown
     assert tables.keeps_promises(frames["verdicts"])
     for name in ("Fig. 12: max u_x(A) = max u_y(B) [m]", "Fig. 12: min u_x(A) = min u_y(B) [m]"):
-        assert found[name] == "match"
-    assert (found[[name for name in found.index if "correlated" in name]]
-            == "within tolerance").all()
+        assert found[name] == "selected"
+    assert (found[[name for name in found.index if "correlated" in name]] == "selected").all()
     for plane in ("x = 0", "y = 0"):
-        assert found[f"asymmetry about {plane} up to 0.1 s, over the radius"] == "match"
+        assert found[f"asymmetry about {plane} up to 0.1 s, over the radius"] == "within tolerance"
     assert frames["growth"]["rate"].to_numpy() == pytest.approx(80.0, rel=1e-3)
     symmetry = frames["symmetry"]
     assert symmetry["until"].max() == 0.12 and symmetry["asymmetry"].max() < 1e-2
@@ -375,8 +383,6 @@ def test_claims_that_do_not_hold():
     for name in found.index:
         if name.startswith(("Fig. 12", "asymmetry")):
             assert found[name] == "deviates (open)"
-    _, found = claims(ratio=1.03)
-    assert found["Fig. 12: max u_x(A) = max u_y(B) [m]"] == "deviates (explained)"
 
 
 def test_frames_of_the_drift_study():
@@ -452,7 +458,7 @@ def test_the_trapezoidal_rule_is_found_out(command, monkeypatch):
                 for row in json.loads(command("--json").stdout)["l-plate"]["verdicts"]}
 
     angular = "angular momentum drift, 2 s, dt = 0.005 s"
-    assert verdicts()[angular] == "match"
+    assert verdicts()[angular] == "within tolerance"
     monkeypatch.setattr(study, "Settings", lambda **settings: Settings(
         **{**settings, "scheme": Scheme("newmark")}))
     study.case_run.cache_clear()
@@ -477,6 +483,14 @@ def test_tables_are_replaced_as_a_whole(tmp_path):
     with pytest.raises(TypeError):
         tables.write_tables(tmp_path, found, {"size": object()})
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == there
+
+
+def test_small_numbers_keep_their_digits():
+    """A drift of 1.362e-15 is not 1e-15, and what is no number is none."""
+    frame = pd.DataFrame({"drift": [1.362e-15, np.nan], "n": [30, 120], "ok": [True, False]})
+    text = json.dumps(tables.as_json({"drift": frame}, {}))
+    assert json.loads(text)["drift"] == [{"drift": 1.362e-15, "n": 30, "ok": True},
+                                         {"drift": None, "n": 120, "ok": False}]
 
 
 def test_commit_outside_git(monkeypatch, tmp_path):

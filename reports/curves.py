@@ -30,7 +30,8 @@ rounding and is seen as the zero it is."""
 
 
 class Curve(NamedTuple):
-    """Errors of a sequence of meshes, and the slope of their regression against sqrt(elements)."""
+    """Errors of a sequence of meshes, and the slope of their regression against sqrt(elements),
+    NaN or None if they have none."""
 
     name: str
     elements: tuple
@@ -228,7 +229,8 @@ def convergence(curves: Annotated[list, _curves]):
     """Errors against the elements along an edge on logarithmic axes, with their slopes (Fig. 5).
 
     Each line has its regression's slope and passes through the means of the logarithms, where
-    least squares put it.  Errors that are not positive (the reference mesh itself) have no place.
+    least squares put it; without a slope there is none.  Errors that are not positive (the
+    reference mesh itself) have no place.
 
     Args:
         curves: ``Curve`` s.
@@ -242,11 +244,13 @@ def convergence(curves: Annotated[list, _curves]):
         n, errors = np.asarray(curve.elements, dtype=float), np.asarray(curve.errors, dtype=float)
         n, errors = n[errors > 0.0], errors[errors > 0.0]
         edge = np.log(np.sqrt(n))
-        fit = np.exp(np.log(errors).mean() + curve.slope * (edge - edge.mean()))
+        slope = np.nan if curve.slope is None else curve.slope
+        fit = np.exp(np.log(errors).mean() + slope * (edge - edge.mean()))
         axes.plot(np.exp(edge), errors, marker, color=colour, label=mathtext(curve.name),
                   fillstyle="full" if marker == "o" else "none")
-        axes.plot(np.exp(edge), fit, color=colour, linestyle=dashes, linewidth=0.9,
-                  label=f"slope {curve.slope:.2f}")
+        if np.isfinite(slope):
+            axes.plot(np.exp(edge), fit, color=colour, linestyle=dashes, linewidth=0.9,
+                      label=f"slope {slope:.2f}")
         tables.append(pd.DataFrame({"curve": curve.name, "elements": n.astype(int),
                                     "error": errors, "fit": fit}))
     data = pd.concat(tables, ignore_index=True)

@@ -60,6 +60,7 @@ class PaperFigure:
         lost: curves of other authors, whose data is lost and which are not redrawn.
         not_reproducible: why its picture cannot be the paper's; empty if it can.
         of_study: rows of the convergence study that are its verdict, by what is in their names.
+        level: whether it shows the energy after unloading, which the study compares.
     """
 
     label: str
@@ -69,6 +70,7 @@ class PaperFigure:
     lost: str = ""
     not_reproducible: str = ""
     of_study: tuple = ()
+    level: bool = False
 
     @property
     def verdicts(self):

@@ -21,7 +21,7 @@ def energies(snapshot):
             f"{mesh[-1]['order_of_printed']:.3g}, {mesh[-1]['order']:.3g}",
             f"{drift['until']:g}, {number(drift['dt'], '.2e')}",
             number(drift["energy_drift"], ".1e"),
-            *(number(drift[f"{name}_momentum_drift"], ".0e") for name in ("linear", "angular"))))
+            *(number(drift[f"{name}_momentum_drift"], ".1e") for name in ("linear", "angular"))))
     return _table("case, elements | printed [J] | ours [J] | p printed, ours | until, dt [s] "
                   "| E drift | L drift | J drift", rows,
                   _measured(snapshot["convergence"]["l-plate"]))

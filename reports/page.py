@@ -4,6 +4,7 @@ import base64
 import datetime
 import json
 import tomllib
+from dataclasses import replace
 from functools import partial
 from importlib import metadata
 from importlib.resources import files
@@ -27,7 +28,7 @@ from .parts import Lack, Results, plan, status, suite_names
 from .player import packed_text, player
 from .records import load, records_of
 from .style import targets
-from .tables import Cell, worst
+from .tables import Cell, anchored, distinct, leading, worst
 
 FINDINGS = Path(__file__).with_name("findings.toml")
 
@@ -63,7 +64,9 @@ def build(size, folder, jobs=1):
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(
         about=_about(size, results),
-        counts=tables.counts([row for part in (*cases, *suites) for row in part.rows]),
+        compared=tables.compared(distinct([row for part in (*cases, *suites)
+                                           for row in part.rows])),
+        standing=tables.standing([pair for case in cases for pair in case.labelled]),
         cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(suites),
         verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(results),
         parts=_parts_table(results), changes=_changes(results, folder),
@@ -93,21 +96,25 @@ def _case(name, size, folder):
     """Everything that the page shows of a case; writes its figures."""
     shown, definition, results = benchmarks()[name], load_case(name), Results(size, folder)
     study, no_study = results.read(f"converge-{name}")
+    if study:
+        study["verdicts"] = anchored(study["verdicts"], f"{name}-study")
     recordings, no_runs = _recordings(name, size, results)
     failed = [Lack("failed", run["error"]) for run in study["runs"]
               if run["status"] == "failed"] if study else []
     sources = Sources(definition, recordings, study)
-    claimed = _claims(shown, results, no_runs, study, no_study)
+    claimed = _claims(shown, results, no_runs, study, no_study, size)
     printed, timed = printed_results(name), _times(shown, results)
     energy_rows = [row for row in study["verdicts"] if row["kind"] == "published"] if study else []
     promise_rows = [row for row in study["verdicts"] if row["kind"] != "published"] if study else []
-    rows = [*energy_rows, *promise_rows, *(timed.rows if timed else ()),
-            *(row for claim in claimed.values() for row in claim.rows)]
+    labelled = [(printed["table"] if printed else "", energy_rows),
+                *((timed.cell.label, timed.rows) for _ in (timed,) if timed),
+                *((label, claim.rows) for label, claim in claimed.items()),
+                (f"{shown.short}, study", promise_rows)]
     return SimpleNamespace(
         name=name, short=shown.short, flight=definition.paper.time,
         lost={figure.label: figure.lost for figure in shown.figures if figure.lost},
         title=tables.case_title(definition),
-        rows=list({str(row): row for row in rows}.values()),
+        labelled=labelled, rows=[row for _, own in labelled for row in own],
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(definition),
         provenance=tables.provenance(definition), claims=claimed,
@@ -119,8 +126,8 @@ def _case(name, size, folder):
         energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {shown.short}")
         if printed else None,
         promise_cell=_cell(shown.short, promise_rows, no_study + failed,
-                           "step, drift, damping", f"#{name}-study"),
-        study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"])
+                           "step, drift, damping", f"{name}-study"),
+        study_rows=tables.verdict_rows("Verdicts of the study", study["verdicts"], f"{name}-study")
         if study else None, timed=timed, command=f"corovec converge {name} --size {size}",
         run=recordings[-1].contents["description"] if recordings else None,
         player=player(recordings[-1]) if recordings else None)
@@ -132,10 +139,10 @@ def _times(shown, results):
         return None
     name = TABLE_OF[shown.name]
     timing, lacks = results.read(f"time-{name}")
-    rows = timing["tables"][f"{name}-verdicts"] if timing else []
+    rows = anchored(timing["tables"][f"{name}-verdicts"], name) if timing else []
     return SimpleNamespace(
         rows=rows, lacks=lacks, times=tables.times(name, timing), command=f"corovec time {name}",
-        ratios=tables.ratios(name, timing) if timing else None,
+        ratios=tables.ratios(name, timing, rows) if timing else None,
         cell=_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"))
 
 
@@ -147,20 +154,33 @@ def _recordings(case, size, results):
             [lack for _, lacks in read for lack in lacks])
 
 
-def _claims(shown, results, no_runs, study, no_study):
+def _claims(shown, results, no_runs, study, no_study, size):
     """``{label: rows and cell}`` of all figures of a case that have a verdict."""
     checked, no_claims = results.read(f"claims-{shown.name}")
+    drawn = max((run["elements"] for run in plan(size).get(shown.name, ())), default=0)
     made = {}
     for label, (figure, topic) in shown.verdicts.items():
         rows, lacks = checked["figures"].get(label, []) if checked else [], no_runs + no_claims
+        rows = anchored(rows, "-".join(filter(None, (
+            _anchor(figure.label), label.removeprefix(figure.label)))))
+        named = (*figure.of_study, *(f"{drawn} elements: energy after",) * figure.level)
+        studied = [row for row in (study["verdicts"] if study else ())
+                   if any(text in row["name"] for text in named)]
         if figure.not_reproducible:
             lacks = [Lack("not reproducible", figure.not_reproducible)]
-        elif figure.of_study:
-            rows, lacks = [row for row in (study["verdicts"] if study else ()) if any(
-                text in row["name"] for text in figure.of_study)], no_study
-        made[label] = SimpleNamespace(
-            cell=_cell(label, rows, lacks, f"{topic}, {shown.short}"), rows=rows)
+        elif named:
+            lacks = no_study if figure.of_study else lacks + no_study
+        made[label] = SimpleNamespace(rows=rows + studied, cell=_figure_cell(
+            label, rows + studied, lacks, f"{topic}, {shown.short}"))
     return made
+
+
+def _figure_cell(label, rows, lacks, topic):
+    """Of a figure whose statements hold it is only said that it is drawn, and what was compared."""
+    cell = _cell(label, rows, lacks, topic)
+    if rows and worst([cell.verdict, "drawn"]) == "drawn":
+        cell = replace(cell, verdict="drawn", href=f"#{cell.id}")
+    return replace(cell, beside=f"compared: {tables.summary(rows)}" if rows else "")
 
 
 def _figure(figure, sources, claimed, folder):
@@ -172,7 +192,8 @@ def _figure(figure, sources, claimed, folder):
     return SimpleNamespace(
         label=figure.label, id=_anchor(figure.label), cells=[claim.cell for claim in own],
         drawings=drawn, lost=figure.lost, table=tables.verdict_rows(
-            "What is checked of it", [row for claim in own for row in claim.rows]))
+            "What is compared of it", distinct([row for claim in own for row in claim.rows]),
+            _anchor(figure.label)))
 
 
 def _picture(drawing, sources, folder):
@@ -200,23 +221,27 @@ def _suite(name, results):
     for case in [case for case in VERIFICATION if case.suite == name]:
         lacks = no_report or [Lack("not run", f"{case.name}: not run")]
         result = ended.get(case.name, {"rows": [], "error": None, "seconds": None})
-        rows, error = result["rows"], result["error"]
+        rows, error = anchored(result["rows"], f"case-{case.name}"), result["error"]
         if case.name in ended:
             lacks = [Lack("failed", f"{case.name}: {error}")] if error else []
         shown.append(SimpleNamespace(
             case=case, rows=rows, lacks=lacks, seconds=tables.duration(result["seconds"]),
-            cell=_cell(case.name, rows, lacks), table=tables.verdict_rows("", rows)))
+            cell=_cell(case.name, rows, lacks, section=f"verify-{name}"),
+            table=tables.verdict_rows("", rows, f"case-{case.name}")))
     rows = [row for item in shown for row in item.rows]
     lacks = list(dict.fromkeys(lack for item in shown for lack in item.lacks))
     return SimpleNamespace(name=name, cases=shown, rows=rows, command=f"corovec verify {name}",
-                           cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"#verify-{name}"))
+                           cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"verify-{name}"))
 
 
-def _cell(label, rows, lacks, topic="", href=None):
-    """The grid's cell of some rows: the worst of their verdicts and of what lacks, and why."""
-    verdicts = [lack.verdict for lack in lacks] + [row["verdict"] for row in rows]
+def _cell(label, rows, lacks, topic="", section=None):
+    """The grid's cell of some rows: the worst of their verdicts and of what lacks, and why; leads
+    to the first row that gave it, or to the section."""
+    verdict = worst([lack.verdict for lack in lacks] + [row["verdict"] for row in rows])
     detail = [*(lack.why for lack in lacks), *([tables.summary(rows)] if rows else [])]
-    return Cell(label, worst(verdicts), topic, "; ".join(detail), href or f"#{_anchor(label)}")
+    giving = next((row for row in rows if row["verdict"] == verdict), {})
+    return Cell(label, verdict, topic, "; ".join(detail),
+                leading(giving) or f"#{section or _anchor(label)}")
 
 
 def _grid(cases, suites):
@@ -233,21 +258,24 @@ def _grid(cases, suites):
 
 
 def _findings(suites):
-    """The findings, each with the rows of the verification cases that show it."""
+    """The findings, each with the rows of the verification cases that show it, or why there are
+    none."""
     with open(FINDINGS, "rb") as file:
         groups = tomllib.load(file)
-    reports = {item.case.name: item.rows for suite in suites for item in suite.cases}
+    cases = {item.case.name: item for suite in suites for item in suite.cases}
     return [SimpleNamespace(title=group["title"], items=[
-        SimpleNamespace(**{"where": "", **finding}, evidence=_evidence(finding, reports))
+        SimpleNamespace(**{"where": "", **finding}, **_evidence(finding, cases))
         for finding in group["finding"]]) for group in groups.values()]
 
 
-def _evidence(finding, reports):
-    """Table of the rows that a finding points to; None if its cases were not run."""
-    cases = finding.get("cases", ())
-    rows = [row for case in cases for row in reports[case]
+def _evidence(finding, cases):
+    """Table of the rows that a finding points to (None without), and what lacks of it."""
+    names = finding.get("cases", ())
+    rows = [row for name in names for row in cases[name].rows
             if any(text in row["name"] for text in finding.get("rows", ("",)))]
-    return tables.verdict_rows(f"corovec verify {' '.join(cases)}", rows) if rows else None
+    table = tables.verdict_rows(f"corovec verify {' '.join(names)}", rows) if rows else None
+    lacks = [lack for name in names for lack in cases[name].lacks]
+    return {"evidence": table, "lacks": list(dict.fromkeys(lacks))}
 
 
 def _speed(results):
@@ -290,8 +318,7 @@ def _parts_table(results):
 
 
 def _anchor(label):
-    """``Figure 16a`` -> ``figure-16a``."""
-    return label.lower().replace(" ", "-")
+    return Cell(label, "").id
 
 
 def _text(name):

@@ -2,22 +2,32 @@
 
 from dataclasses import dataclass, field
 
+from corovec.convergence.verdicts import PAPERS
 from corovec.timing.printed import cells
 from corovec.timing.tables import BASES, TABLES
+from corovec.verification.case import CHOSEN
 
 VERDICTS = {
     "failed": "ended with an error",
-    "deviates (open)": "differs, and nobody knows why",
+    "deviates (open)": "differs, and why is not known",
     "not run": "belongs to this size, but was not yet run, or not since its sources changed",
     "deviates (explained)": "differs, with the reason given, by no more than the bound beside it",
     "not reproducible": "the paper's data is lost and cannot be made again",
-    "calibrated": "a parameter was fitted to this very number: agreement proves nothing",
+    "drawn": "its curves are lost, so that shapes cannot be compared; beside it what was",
+    "calibrated": "agrees, on data fitted to a printed number of its kind: that proves nothing",
+    "selected": "agrees, on data chosen among candidates by printed numbers: that proves nothing",
     "within tolerance": "differs by less than a tolerance that carries its reason",
     "better": "nearer to the exact value than the reference",
+    "bound met": "beyond a bound, by how much is no matter",
     "match": "equal, to rounding or to the printed digits",
     "left out": "does not belong to this size",
 }
 """All verdicts, the worst first, and what they say."""
+
+AGAINST = {"the paper": PAPERS, "other publications and programs": ("recalled", "other code"),
+           "closed forms and finer results of our own": ("analytic", "converged"),
+           "wrong variants, which must fail": ("baseline",)}
+"""What rows are compared with, by their kinds."""
 
 METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production default",
            "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU",
@@ -42,7 +52,8 @@ class Cell:
         verdict: one of ``VERDICTS``.
         topic: what it is about, in few words.
         detail: how many rows have which verdict.
-        href: the section that shows it.
+        href: the row that gave the verdict, or the section that shows why there is none.
+        beside: what was compared, where the verdict does not say it.
     """
 
     label: str
@@ -50,6 +61,12 @@ class Cell:
     topic: str = ""
     detail: str = ""
     href: str = ""
+    beside: str = ""
+
+    @property
+    def id(self):
+        """``Figure 16a`` -> ``figure-16a``."""
+        return self.label.lower().replace(" ", "-")
 
     @property
     def style(self):
@@ -66,12 +83,14 @@ class Table:
         columns: heads.
         rows: texts, verdicts as ``Cell`` s.
         notes: sentences below.
+        ids: anchors of the rows, as far as they have one.
     """
 
     name: str
     columns: tuple
     rows: list
     notes: list = field(default_factory=list)
+    ids: list = field(default_factory=list)
 
 
 def worst(verdicts):
@@ -84,6 +103,46 @@ def counts(rows):
     """``{verdict: how many}`` of rows (dictionaries), the worst first."""
     verdicts = [row["verdict"] for row in rows]
     return {name: verdicts.count(name) for name in VERDICTS if name in verdicts}
+
+
+def anchored(rows, place):
+    """Rows, each with the anchor by which the page leads to it."""
+    return [{**row, "anchor": f"{place}-{k}"} for k, row in enumerate(rows, 1)]
+
+
+def distinct(rows):
+    """Rows without those that say the same again."""
+    found = {}
+    for row in rows:
+        found.setdefault(str({**row, "anchor": ""}), row)
+    return list(found.values())
+
+
+def compared(rows):
+    """``{what with: {verdict: how many}}`` of rows."""
+    groups = {what: [row for row in rows if row["kind"] in kinds]
+              for what, kinds in AGAINST.items()}
+    return {what: counts(group) for what, group in groups.items() if group}
+
+
+def standing(labelled):
+    """What became of the paper's numbers and statements, in three groups of ``(label, how many)``:
+    reproduced; reproduced on data that are not the paper's; not reproduced.
+
+    Args:
+        labelled: ``(label, rows)`` of the page's tables and figures; a row counts where it is
+            first.
+    """
+    groups, counted = ({}, {}, {}), {id(row) for row in distinct(
+        [row for _, rows in labelled for row in rows if row["kind"] in PAPERS])}
+    for label, rows in labelled:
+        for row in rows:
+            if id(row) in counted:
+                counted.remove(id(row))
+                deviates = row["verdict"].startswith("deviates")
+                group = groups[2 if deviates else 1 if row.get("rests_on") else 0]
+                group[label] = group.get(label, 0) + 1
+    return [list(group.items()) for group in groups]
 
 
 def summary(rows):
@@ -99,30 +158,36 @@ def energies(study, printed):
         printed: of ``printed.toml``.
     """
     ours = {row["elements"]: row for row in study["mesh"]} if study else {}
-    verdict = {row["name"]: row["verdict"] for row in study["verdicts"]} if study else {}
+    verdict = {row["name"]: row for row in study["verdicts"]} if study else {}
     finest = max(ours, default=None)
     rows = []
     for k, elements in enumerate(printed["elements"]):
         row = ours.get(elements, {})
         name = f"{elements} elements: energy after unloading [J]"
-        rows.append([printed["mesh"][k], printed["energy"][k], number(row.get("energy"), 6),
+        judged = verdict.get(name, {"verdict": "left out" if study else "not run"})
+        rows.append([printed["mesh"][k], printed["energy"][k], number(row.get("energy_limit"), 7),
+                     number(row.get("limit_uncertainty"), 2),
                      percent(row.get("difference"), sign=True), printed["error"][k],
                      percent(row.get("error_of_printed")), percent(row.get("error")),
                      number(row.get("order_of_printed"), 3), number(row.get("order"), 3),
-                     Cell(name, verdict.get(name, "left out" if study else "not run"))])
-    notes = [f"Errors of the last two columns of errors take the finest mesh run here, {finest} "
-             "elements, as reference, for both.  Orders come from successive differences, which "
-             "need no reference."] if study else []
+                     Cell(name, judged["verdict"], href=leading(judged))])
+    notes = ["Ours is extrapolated to a time step of zero where three steps show second order, "
+             "uncertain (±) by what that adds; else it is that of the smallest step, uncertain by "
+             "what the last halving changed.  Errors of the last two columns of errors take the "
+             f"finest mesh run here, {finest} elements, as reference, for both, at dt = "
+             f"{number(study['mesh'][0]['dt'], 3)} s.  Orders come from successive differences, "
+             "which need no reference."] if study else []
     return Table(f"{printed['table']}: total energy after load removal",
-                 ("mesh", "printed [J]", "ours [J]", "difference", "printed error",
+                 ("mesh", "printed [J]", "ours [J]", "±", "difference", "printed error",
                   "printed, same meshes", "our error", "order, printed", "order, ours", "verdict"),
                  rows, notes)
 
 
 def rates(study):
     """What a convergence study comes down to."""
-    rows = [[row["quantity"] + (f" [{row['unit']}]" if row["unit"] else ""), number(row["ours"], 4),
-             number(row["of_printed"], 4), number(row["of_all_printed"], 4), row["printed"] or "–",
+    rows = [[row["quantity"] + (f" [{row['unit']}]" if row["unit"] else ""),
+             *(number(row[name], 6 if row["unit"] == "J" else 4)
+               for name in ("ours", "of_printed", "of_all_printed")), row["printed"] or "–",
              row["note"] or ""] for row in study["summary"]]
     return Table("Convergence, time step, conservation",
                  ("quantity", "ours", "printed energies, same meshes", "all printed energies",
@@ -168,10 +233,10 @@ def rounds(row, prefix="", median="value"):
             str(count) if count else "–"]
 
 
-def ratios(name, timing):
-    """The ratio dense/skyline beside the paper's, and its two factors."""
+def ratios(name, timing, verdicts):
+    """The ratio dense/skyline beside the paper's with its verdict, and its factors."""
     rows = timing["tables"][f"{name}-ratios"]
-    verdict = {row["name"].split()[0]: row for row in timing["tables"][f"{name}-verdicts"]}
+    verdict = {row["name"].split()[0]: row for row in verdicts}
     return Table(
         "Ratios, which machines share better than seconds",
         ("elements", "unknowns", "verdict", "dense/skyline, paper", "ours", "basis",
@@ -183,10 +248,11 @@ def ratios(name, timing):
           row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
           number(row.get("symmetry"), 3), number(row.get("profile"), 3)] for row in rows],
         [*(f"Explained: {text}." for text in dict.fromkeys(
-            row["explanation"] for row in verdict.values())),
+            row["explanation"] for row in verdicts if row["explanation"])),
          "Sparsity: LAPACK's dense LU against its banded LU (on the basis of the former); "
          "symmetry: LAPACK's banded LU against its banded Cholesky; profile: that against our "
-         "skyline; all three of one factorization and solution alone."])
+         "skyline; all three of one factorization and solution alone."],
+        [verdict.get(str(row["elements"]), {}).get("anchor", "") for row in rows])
 
 
 def _as_printed(row):
@@ -262,25 +328,43 @@ def provenance(definition):
 def provenance_counts(definition):
     """``{kind: how many}`` of the parameters of a case."""
     kinds = [kind for *_, kind, _ in definition.provenance()]
-    return {kind: kinds.count(kind) for kind in ("printed", "derived", "assumed", "calibrated")
+    return {kind: kinds.count(kind) for kind in ("printed", "derived", "assumed", *CHOSEN)
             if kind in kinds}
 
 
-def verdict_rows(name, rows):
-    """Rows of a suite (dictionaries) with their references, tolerances and reasons."""
+def verdict_rows(name, rows, place=None):
+    """Rows of a suite (dictionaries) with their references, tolerances and reasons; those that are
+    ``anchored`` at this place are where their anchors are, the others lead there."""
+    here = [place and row.get("anchor", "").startswith(f"{place}-") for row in rows]
     return Table(name, ("what", "ours", "reference", "kind", "difference", "tolerance", "verdict",
                         "reason"),
-                 [[row["name"], number(row["value"], 5),
-                   ("≥ " if row.get("above") else "") + number(row["reference"], 5), row["kind"],
-                   difference(row), amount(row, row["tolerance"]), Cell("", row["verdict"]),
-                   reason(row)] for row in rows])
+                 [[row["name"], valued(row),
+                   ("≥ " if row.get("above") else "") + f"{row['reference']:.6g}", row["kind"],
+                   difference(row), amount(row, row["tolerance"]),
+                   Cell("", row["verdict"], href="" if own else leading(row)), reason(row)]
+                  for row, own in zip(rows, here)], [],
+                 [row["anchor"] if own else "" for row, own in zip(rows, here)])
+
+
+def leading(row):
+    """Where the anchor of a row is; empty without."""
+    return f"#{row['anchor']}" if row.get("anchor") else ""
+
+
+def valued(row):
+    """The value of a row, with its uncertainty if it has one."""
+    uncertainty = row.get("uncertainty")
+    scale = row.get("scale") or abs(row["reference"]) or 1.0
+    beside = f" ± {number(uncertainty * scale, 2)}" if uncertainty else ""
+    return number(row["value"], 6) + beside
 
 
 def reason(row):
-    """Why a row may differ as it does."""
+    """Why a row may differ as it does, and on what it rests."""
     if row["verdict"] == "deviates (explained)":
         return f"{row['explanation']} (explains up to {amount(row, row['covers'])})"
-    return row["reason"]
+    rests = row.get("rests_on")
+    return row["reason"] + (f"; rests on {rests} data" if rests else "")
 
 
 def difference(row):
@@ -321,9 +405,7 @@ def number(value, digits):
     if isinstance(value, int) or value == 0 or 1e-3 <= abs(value) < 1e6:
         return f"{value:#.{digits}g}".rstrip(".") if value and not float(
             value).is_integer() else f"{value:.0f}"
-    mantissa, exponent = f"{value:.{min(digits, 3) - 1}e}".split("e")
-    if "." in mantissa:
-        mantissa = mantissa.rstrip("0").rstrip(".")
+    mantissa, exponent = f"{value:.{min(digits, 4) - 1}e}".split("e")
     return f"{mantissa}e{int(exponent)}"
 
 

@@ -120,6 +120,8 @@ def test_convergence_line_is_the_regression():
     points, line = lines(figure.axes[0])
     assert np.array_equal(points[:, 1], errors[:3]) and np.array_equal(line[:, 1], data["fit"])
     assert f"{slope:.2f}" in figure.axes[0].get_legend().get_texts()[1].get_text()
+    figure, data = convergence([Curve("two", n[:3], errors[:3], None)])
+    assert len(figure.axes[0].lines) == 1 and data["fit"].isna().all()
 
 
 def test_sequence_is_deformed_and_coloured_by_energy_over_area(recordings):

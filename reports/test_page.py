@@ -95,7 +95,8 @@ def suite(name):
 
 def study():
     """A convergence study of one mesh."""
-    mesh = {"elements": 30, "energy": 70.6, "difference": -0.011, "error_of_printed": 0.02,
+    mesh = {"elements": 30, "dt": 0.01, "energy": 70.6, "energy_limit": 70.59,
+            "limit_uncertainty": 0.01, "difference": -0.011, "error_of_printed": 0.02,
             "error": 0.03, "order_of_printed": None, "order": None}
     slope = {"quantity": "slope, finest mesh as reference", "unit": "", "ours": -2.0,
              "of_printed": -1.7, "of_all_printed": -1.27, "printed": "-1.27", "note": ""}
@@ -156,7 +157,7 @@ def test_cells_have_the_worst_verdict_of_what_was_written(html):
     assert cell(html, "Table 3")[0] == "not run"
     assert cell(html, "Figure 2")[0] == "not reproducible"
     assert cell(html, "Figure 7")[0] == "not reproducible"
-    assert cell(html, "Figure 3")[0] == "deviates (explained)"
+    assert cell(html, "Figure 3")[0] == "drawn"
     assert cell(html, "Figure 12")[0] == "not run"
     assert cell(html, "Figure 5")[0] == "deviates (explained)"
     assert cell(html, "kernel")[0] == "match"
@@ -166,13 +167,110 @@ def test_cells_have_the_worst_verdict_of_what_was_written(html):
 
 
 def test_every_row_is_counted_once(html):
-    """The slope, of Table 1 and Figure 5; the energy drift, of Figures 3 and 6; the ratios."""
-    total = re.search('<p class="sum">(.*?)<span class="note">', html)[1]
-    counts = {name: int(count) for count, name in re.findall(r">(\d+) ([^<]+)<", total)}
+    """The slope, of Table 1 and Figure 5; the energy drift, of Figures 3 and 6; the ratios.  What
+    is compared with the paper is counted apart, and three sentences say what became of it."""
+    counts = {what: {name: int(count) for count, name in re.findall(r">(\d+) ([^<]+)<", total)}
+              for what, total in re.findall('<p class="sum">Against ([^:]*):(.*?)</p>', html)}
     ratios = sum(cell.table == "Table 2" and cell.method == "dense" for cell in cells())
-    del counts["match"]
-    assert counts == {"deviates (open)": 1, "deviates (explained)": 2,
-                      "within tolerance": ratios + 1}
+    assert counts["the paper"] == {"deviates (open)": 1, "deviates (explained)": 1, "match": 1,
+                                   "within tolerance": ratios}
+    own = counts["closed forms and finer results of our own"]
+    assert own == {"match": 3, "within tolerance": 2}
+    assert counts["wrong variants, which must fail"] == {"bound met": 1}
+    said = re.search('<ul class="standing">(.*?)</ul>', html, re.DOTALL)[1]
+    for text in (f"{ratios + 1} of the paper's numbers and statements: "
+                 f"Table 2 ({ratios}), Figure 7 (1)",
+                 "which proves little: 0.", "</b>: 2: Table 1 (2); and the shapes of all curves"):
+        assert text in said, text
+
+
+def test_agreement_on_chosen_data_is_told_apart():
+    """Each row of the paper where it is first, by what its verdict rests on."""
+    def row(name, verdict, rests_on="", kind="published"):
+        return {"name": name, "verdict": verdict, "rests_on": rests_on, "kind": kind}
+
+    table = [row("a", "match"), row("b", "selected", "selected"), row("c", "match", "assumed"),
+             row("d", "deviates (open)", "selected"), row("e", "match", kind="analytic")]
+    figure = [{**table[0], "anchor": "elsewhere"}, row("f", "bound met", "", "statement")]
+    assert tables.standing([("Table 9", table), ("Figure 9", figure)]) == [
+        [("Table 9", 1), ("Figure 9", 1)], [("Table 9", 2)], [("Table 9", 1)]]
+
+
+def test_one_number_has_one_verdict(tmp_path):
+    """The level of Figures 3 and 6 is a row of the study, and so is its verdict."""
+    level = {**DEVIATING, "name": "480 elements: energy after unloading [J]"}
+    finish(tmp_path, "converge-l-plate", {**study(), "verdicts": [level]})
+    html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    for label in ("Table 1", "Figure 3", "Figure 6"):
+        assert html.count(f">{level['name']}<") == 3  # the study's table, and both figures
+        assert cell(html, label) == ("deviates (open)", "#l-plate-study-1"), label
+
+
+def test_cells_lead_to_the_row_that_gave_their_verdict(html):
+    for label in ("Table 1", "Table 2", "L-plate", "kernel", "Figure 5"):
+        verdict, target = cell(html, label)
+        row = re.search(rf'<tr id="{target[1:]}">(.*?)</tr>', html)[1]
+        assert f">{verdict}<" in row, label
+
+
+def test_a_finding_says_what_lacks_of_its_evidence(html):
+    shown = html.partition("Checks that are known to fail")[2].partition("</article>")[0]
+    assert "left out" in shown and "no evidence" in shown
+    shown = html.partition("The symmetric matrix of a step")[2].partition("</article>")[0]
+    assert "no evidence" not in shown
+
+
+def digits(text):
+    """(number, unit of its last digit, significant digits) of a text of the page."""
+    text = text.removeprefix("≥ ").partition(" ")[0]
+    mantissa, _, exponent = text.rstrip("%").partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    unit *= 0.01 if text.endswith("%") else 1.0
+    count = len(mantissa.lstrip("+-0.").replace(".", ""))
+    return float(mantissa) * 10.0 ** int(exponent or 0) * (
+        0.01 if text.endswith("%") else 1.0), unit, count
+
+
+def random_rows(rng, count):
+    """Rows of numbers of all sizes."""
+    def some():
+        return float(rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-18, 6))
+
+    return [Row(f"row {k}", some(), some(), "analytic", abs(some()), "",
+                scale=rng.choice([1.0, None])).as_dict() for k in range(count)]
+
+
+def test_numbers_of_the_page_are_those_of_its_files(tmp_path):
+    """Two hundred of them, by chance, to the digits shown, of which a float has two at least."""
+    rng = np.random.default_rng(20)
+    report = suite("kernel")
+    for case in report["cases"]:
+        case["rows"] = random_rows(rng, 30)
+    finish(tmp_path, "verify-kernel", report)
+    found = {**study(), "verdicts": random_rows(rng, 30), "summary": study()["summary"] + [
+        {"quantity": f"quantity {k}", "unit": "J" if k % 2 else "", "note": "", "printed": "",
+         **{name: float(10.0 ** rng.uniform(-18, 6))
+            for name in ("ours", "of_printed", "of_all_printed")}} for k in range(30)]}
+    finish(tmp_path, "converge-l-plate", found)
+    html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
+    sources = {f"case-{case['name']}-{k}": row for case in report["cases"]
+               for k, row in enumerate(case["rows"], 1)}
+    sources |= {f"l-plate-study-{k}": row for k, row in enumerate(found["verdicts"], 1)}
+    pairs = []
+    for anchor, row in sources.items():
+        shown = re.findall("<td[^>]*>(.*?)</td>", re.search(
+            f'<tr id="{anchor}">(.*?)</tr>', html)[1])
+        pairs += zip((shown[1], shown[2], shown[4], shown[5]), (
+            row["value"], row["reference"], row["difference"], row["tolerance"]))
+    for row in found["summary"][1:]:
+        shown = re.search(rf">{row['quantity']}(?: \[J\])?</td>(.*?)</tr>", html)[1]
+        pairs += zip(re.findall("<td[^>]*>(.*?)</td>", shown), (
+            row["ours"], row["of_printed"], row["of_all_printed"]))
+    for k in rng.choice(len(pairs), 200, replace=False):
+        text, value = pairs[k]
+        number, unit, count = digits(text)
+        assert abs(number - value) <= 0.5 * unit * (1.0 + 1e-6) + 1e-12 * abs(value), pairs[k]
+        assert count >= 2 or number == value, pairs[k]
 
 
 def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
@@ -196,8 +294,8 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     html = page.build(SIZE, tmp_path).read_text(encoding="utf-8")
     for verdict, labels in {
             "failed": ("Table 1", "Table 2", "L-plate", "Figure 5", "Table 5", "Table 7",
-                       "Figure 12", "patch", "ruler", "Figure 8"),
-            "not run": ("Table 6", "Figure 3", "Figure 11", "kernel", "linear", "dynamics"),
+                       "Figure 12", "patch", "ruler", "Figure 8", "Figure 3", "Figure 11"),
+            "not run": ("Table 6", "Figure 4", "kernel", "linear", "dynamics"),
             "left out": ("mutants",), "match": ("rotations",),
             "not reproducible": ("Figure 7",)}.items():
         assert {label: cell(html, label)[0] for label in labels} == dict.fromkeys(labels, verdict)
@@ -291,7 +389,7 @@ def test_printed_numbers_errata_and_provenance_are_shown(html):
 @pytest.mark.parametrize("row, shown, tolerance", [
     ({"value": 1.1, "reference": 1.0, "scale": None}, "+10.000%", "1.000%"),
     ({"value": 5.0, "reference": 3.0, "scale": 1.0}, "+2", "0.010"),
-    ({"value": 2e-6, "reference": 0.0, "scale": None}, "+2e-6", "0.010"),
+    ({"value": 2e-6, "reference": 0.0, "scale": None}, "+2.0e-6", "0.010"),
     ({"value": 1.0, "reference": 3.0, "scale": 5.0}, "-40.000% of 5", "1.000% of 5")])
 def test_differences_say_what_they_are_relative_to(row, shown, tolerance):
     """To the reference, to a scale that is named, or to nothing."""
@@ -506,6 +604,11 @@ WHOLE = """() => [document.documentElement.scrollWidth <= innerWidth,
         && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.className || e.tagName)]"""
 
 
+IN_SIGHT = """target => {
+    const box = document.querySelector(target).getBoundingClientRect();
+    return box.top >= 0 && box.bottom <= innerHeight; }"""
+
+
 @pytest.mark.parametrize("width", [390, 1440])
 def test_whole_in_a_browser(browser, results, html, width):
     """No error, no image missing, nothing beyond the edge, nothing fetched; the player plays."""
@@ -532,6 +635,19 @@ def test_whole_in_a_browser(browser, results, html, width):
     assert tab.evaluate(WHOLE)[0]
     assert not said
     assert all(url.startswith(("file:", "data:", "blob:")) for url in fetched)
+    tab.close()
+
+
+def test_the_row_that_a_cell_leads_to_is_visible(browser, results, html):
+    """Also where it lies in something folded."""
+    tab = browser.new_page()
+    tab.goto((results / "page" / "index.html").as_uri())
+    for label in ("Table 1", "kernel"):
+        _, target = cell(html, label)
+        assert not tab.locator(target).is_visible()
+        tab.locator(f'a.cell[href="{target}"]').first.click()
+        tab.locator(target).wait_for(state="visible")
+        tab.wait_for_function(IN_SIGHT, arg=target)
     tab.close()
 
 

@@ -190,25 +190,24 @@ def test_ratios_and_their_factors():
     assert row["operations"] == pytest.approx(24.0)
 
 
-@pytest.mark.parametrize("ours, unknowns, verdict", [
-    (0.9, 240, "deviates (open)"), (1.1, 240, "deviates (explained)"),
-    (18.0, 240, "within tolerance"), (23.9, 240, "within tolerance"),
-    (47.0, 240, "deviates (explained)"), (49.0, 240, "deviates (open)"),
-    (383.0, 2745, "deviates (explained)"), (385.0, 2745, "deviates (open)")])
-def test_ratios_are_explained_between_one_and_the_operations(ours, unknowns, verdict):
-    """At most the operations' 48, 8 times that beyond the cache; never faster than the skyline."""
-    (row,) = verdicts([{"table": "Table 2", "elements": 480, "dense_skyline": ours, "paper": 20.0,
-                        "operations": 48.0, "unknowns": unknowns}])
+@pytest.mark.parametrize("ours, verdict", [
+    (14.9, "deviates (open)"), (18.0, "within tolerance"), (24.9, "within tolerance"),
+    (47.0, "deviates (open)")])
+def test_nothing_explains_a_ratio_that_differs(ours, verdict):
+    """What lies between 1 and the operations is no prediction."""
+    (row,) = verdicts([{"table": "Table 2", "elements": 480, "dense_skyline": ours, "paper": 20.0}])
     assert row.verdict == verdict
 
 
 @pytest.mark.parametrize("ours, verdict", [
-    (55.0, "within tolerance"), (900.0, "deviates (explained)"), (1100.0, "deviates (open)")])
+    (55.0, "within tolerance"), (240.0, "deviates (open)"), (260.0, "deviates (explained)"),
+    (900.0, "deviates (explained)"), (1100.0, "deviates (open)")])
 def test_the_doubted_column_is_judged_by_its_doubt(ours, verdict):
-    """Table 8's dense column is ten times too fast: 501, twice that on other machines."""
-    (row,) = verdicts([{"table": "Table 8", "elements": 432, "dense_skyline": ours, "paper": 50.06,
-                        "operations": 600.0, "unknowns": 2549}])
-    assert row.verdict == verdict and "ten times" in row.explanation
+    """Table 8's dense column is ten times too fast: 501, half to twice that elsewhere."""
+    (row,) = verdicts([{"table": "Table 8", "elements": 432, "dense_skyline": ours,
+                        "paper": 50.06}])
+    assert row.verdict == verdict
+    assert ("ten times" in row.explanation) == (verdict == "deviates (explained)")
 
 
 def test_doubts_follow_from_the_other_tables():

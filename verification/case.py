@@ -7,18 +7,25 @@ import numpy as np
 
 KINDS = {
     "analytic": "closed form or an identity that holds exactly",
-    "published": "number printed in a publication, seen in the source named",
+    "published": "number printed in the paper",
     "statement": "what the paper says in words, here of our own numbers",
     "recalled": "number of a publication as quoted elsewhere or remembered; the page was not seen",
     "other code": "number of another program",
     "converged": "our own result on a fine mesh or with small steps",
     "baseline": "what a wrong or weaker variant gives, to show that the check can tell",
 }
-OK = ("match", "within tolerance", "better", "calibrated", "deviates (explained)")
+OK = ("match", "within tolerance", "bound met", "better", "selected", "calibrated",
+      "deviates (explained)")
+
+EQUAL = 1e-9
+"""Largest tolerance of an identity that rounding alone fills."""
+
+CHOSEN = ("selected", "calibrated")
+"""Provenances of data that printed results chose: agreement with these proves nothing."""
 
 FITTED = 1e-3
-"""Largest difference, relative, that still counts as the result of a calibration: it is made with
-one mesh and time step, and used with others."""
+"""Largest difference, relative, that counts as agreement which such a choice brought about: it is
+made with one mesh and time step, and used with others."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +44,10 @@ class Row:
             a value nearer to it than the reference is ``better``.
         explanation: why a row may deviate; with it, a deviation is ``deviates (explained)``.
         covers: largest |difference| that the explanation covers.
-        above: the value must be at least the reference (for baselines that must fail).
-        fitted: the value was calibrated to the reference, so that agreement proves nothing.
+        above: the reference is a bound: the value must be at least so large.
+        digits: the tolerance is half of the last printed digit: agreement is equality.
+        uncertainty: of the value, in the unit of ``scale``: it agrees only if all of it does.
+        rests_on: the weakest provenance of the data behind the value; empty if that is no matter.
     """
 
     name: str
@@ -52,7 +61,9 @@ class Row:
     explanation: str = ""
     covers: float = 0.0
     above: bool = False
-    fitted: bool = False
+    digits: bool = False
+    uncertainty: float = 0.0
+    rests_on: str = ""
 
     @property
     def difference(self):
@@ -62,22 +73,32 @@ class Row:
 
     @property
     def verdict(self):
-        """match, better, within tolerance, calibrated, deviates (explained) or (open)."""
+        """One of ``OK``, or deviates (open)."""
         if not np.isfinite(self.value):
             return "deviates (open)"
         if self.above and self.value >= self.reference:
-            return "match"
+            return "bound met"
         if self.target is not None and abs(self.value - self.target) < abs(
                 self.reference - self.target):
             return "better"
-        if self.fitted and abs(self.difference) <= FITTED:
-            return "calibrated"
-        if not self.above and abs(self.difference) <= self.tolerance:
-            exact = (self.kind == "analytic" and self.tolerance <= 1e-6
-                     or self.value == self.reference)
-            return "match" if exact else "within tolerance"
+        if not self.above and abs(self.difference) + self.uncertainty <= self.limit:
+            return self._agreement
         explained = self.explanation and abs(self.difference) <= self.covers
         return "deviates (explained)" if explained else "deviates (open)"
+
+    @property
+    def limit(self):
+        """Largest |difference|, with its uncertainty, that counts as agreement."""
+        chosen = self.rests_on in CHOSEN and self.scale is None
+        return max(self.tolerance, FITTED) if chosen else self.tolerance
+
+    @property
+    def _agreement(self):
+        if self.rests_on in CHOSEN:
+            return self.rests_on
+        equal = (self.digits or self.kind == "analytic" and self.tolerance <= EQUAL
+                 or self.value == self.reference)
+        return "match" if equal else "within tolerance"
 
     def __str__(self):
         relative = self.scale is None and self.reference != 0.0

@@ -40,13 +40,20 @@ def test_medium_ruler_has_the_printed_number_of_nodes():
 
 @pytest.mark.parametrize("name", NODES)
 def test_every_parameter_has_a_provenance(name):
-    """All printed, derived, assumed or calibrated; values except meshes name their source."""
+    """Each of the five words; values except meshes name their source."""
     rows = load_case(name).provenance()
-    assert {row[3] for row in rows} <= {"printed", "derived", "assumed", "calibrated"}
+    assert {row[3] for row in rows} <= {"printed", "derived", "assumed", "selected", "calibrated"}
     assert all(row[4] for row in rows if not row[0].startswith("mesh"))
     given = " ".join(row[0] for row in rows)
     for parameter in ("thickness", "youngs", "poisson", "density", "geometry", "(t)", "paper's dt"):
         assert parameter in given
+
+
+def test_what_printed_energies_chose_is_selected():
+    """The L-plate's outline and peak, by a search; the hemisphere's load, a round number kept."""
+    for name, chosen in (("l-plate", {"geometry", "f(t)"}), ("hemisphere", {"peak of f(t)"})):
+        rows = load_case(name).provenance()
+        assert {row[0] for row in rows if row[3] == "selected"} == chosen
 
 
 def resultant(name, elements):

@@ -53,7 +53,8 @@ def test_info_and_list(tmp_path):
     listing = corovec("list").stdout
     assert "30, 120, 480, 1920, 7680" in listing and "[assumed]" in listing
     cases = json.loads(corovec("list", "--json").stdout)
-    assert {row["provenance"] for row in cases["l-plate"]["provenance"]} == {"printed", "assumed"}
+    assert {row["provenance"] for row in cases["l-plate"]["provenance"]} == {
+        "printed", "assumed", "selected"}
 
 
 def test_every_setting_has_an_option():

@@ -67,7 +67,16 @@ def test_names_are_unique():
     (1.03, {"tolerance": 0.02, "explanation": "known", "covers": 0.04}, "deviates (explained)"),
     (1.05, {"tolerance": 0.02, "explanation": "known", "covers": 0.04}, "deviates (open)"),
     (1.5, {"tolerance": 0.02, "target": 2.0}, "better"),
-    (2.0, {"above": True}, "match"), (0.5, {"above": True}, "deviates (open)"),
+    (2.0, {"above": True}, "bound met"), (0.5, {"above": True}, "deviates (open)"),
+    (1.0, {"tolerance": 1e-6}, "match"), (1.0 + 1e-8, {"tolerance": 1e-6}, "within tolerance"),
+    (1.004, {"tolerance": 0.005, "digits": True}, "match"),
+    (1.004, {"tolerance": 0.005, "uncertainty": 0.002}, "deviates (open)"),
+    (1.004, {"tolerance": 0.005, "uncertainty": 0.002, "explanation": "dt", "covers": 0.007},
+     "deviates (explained)"),
+    (1.0009, {"rests_on": "selected"}, "selected"), (1.0, {"rests_on": "calibrated"}, "calibrated"),
+    (1.0011, {"rests_on": "selected"}, "deviates (open)"), (1.0, {"rests_on": "assumed"}, "match"),
+    (1.0009, {"rests_on": "selected", "uncertainty": 2e-4}, "deviates (open)"),
+    (1.0009, {"rests_on": "selected", "scale": 1.0}, "deviates (open)"),
     (float("nan"), {"tolerance": 9.0}, "deviates (open)"),
 ])
 def test_verdicts(value, options, verdict):

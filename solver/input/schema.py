@@ -28,7 +28,9 @@ from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
 
-Provenance = Literal["printed", "derived", "assumed", "calibrated", "given"]
+Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
+"""``selected``: chosen among candidates by a printed result; it proves as little as what was
+``calibrated`` to one."""
 Number = Annotated[float, Strict(), AfterValidator(partial(number, "a number"))]
 Positive = Annotated[float, Strict(), Field(gt=0.0), AfterValidator(partial(positive, "it"))]
 Count = Annotated[int, Strict(), Field(gt=0, le=LARGEST)]
