@@ -212,6 +212,7 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("run", "l-plate", "--end-time", "-1"), "--end-time must be positive [s]"),
     (("run", "l-plate", "--max-iterations", "0"), "--max-iterations must be at least 1"),
     (("calibrate", "ruler", "--elements", "480", "--output", __file__), "exists; --overwrite r"),
+    (("run", "l-plate", "--output", __file__), "--overwrite replaces it, --resume continues its"),
     (("run", "l-plate", "--elements", "7"), "no mesh of 7 elements"),
     (("run", "l-plate", "--dt", "0"), "--dt must be positive"),
     (("run", "l-plate", "--dt", "soon"), "'soon' is not a valid float"),
