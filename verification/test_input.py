@@ -327,6 +327,21 @@ def test_pulse_that_the_steps_miss():
     simulate(hit, Settings(dt=2e-5, end_time=1e-3))
 
 
+@pytest.mark.parametrize("run", [lambda m: simulate(m, Settings(dt=0.1, end_time=0.1)),
+                                 lambda m: load_control(m, [1.0]), solve_linear])
+def test_loads_that_do_nothing_are_told(run):
+    """All of them held: a warning with their numbers, about the line that called.  A surface load
+    on a clamped edge, whose other nodes are free, is none."""
+    clamped = Support((0, 3), ("x", "y", "z", "px", "py", "pz"))
+    held = [NodalLoad(0, (0, 0, 1)), NodalMoment(3, (1, 0, 0))]
+    with pytest.warns(UserWarning, match="no load does anything: .* all of loads 0, 1, whose nodes"
+                      ) as told:
+        run(model(loads=held, supports=[clamped]))
+    assert told[0].filename == __file__
+    run(model(loads=[*held, NodalLoad(1, (0, 0, 1))], supports=[clamped]))
+    run(model(loads=surface_load(NODES, QUADS, (0, 0, -1)), supports=[clamped]))
+
+
 def test_velocity_of_a_support_is_refused():
     still = model(supports=[Support((0,), ("x",))], velocity=np.ones((6, 3)))
     with pytest.raises(InputError, match="node 0: initial velocity of a supported component"):
@@ -352,7 +367,7 @@ def test_bad_time_function(times, values, message):
     ({"dt": np.nan}, "dt must be finite"),
     ({"end_time": np.inf}, "end_time must be finite"),
     ({"dt": 0.3}, "end_time 1 s is not a multiple of dt 0.3 s; the nearest ones are 0.9 and 1.2"),
-    ({"dt": 3.0}, "end_time 1 s is not a multiple"),
+    ({"dt": 3.0}, "end_time 1 s is not a multiple of dt 3 s; the smallest is 3 s"),
     ({"scheme": "quasi"}, r"scheme must be a Scheme, as scheme=Scheme\(name='quasi'\), is 'quasi'"),
     ({"newton": "full"}, r"newton must be a Newton, as newton=Newton\(kind='full'\), is 'full'"),
     ({"newton": Scheme()}, r"newton must be a Newton, is Scheme\("),

@@ -91,10 +91,10 @@ class Settings:
             raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
                              f"{self.dt:g} s, at most {MOST_STEPS:.0e} can be recorded")
         if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-            below = int(steps)
+            nearest = [f"{n * self.dt:g}" for n in (int(steps), int(steps) + 1) if n]
+            are = "nearest ones are" if len(nearest) > 1 else "smallest is"
             raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
-                             f"the nearest ones are {below * self.dt:g} and "
-                             f"{(below + 1) * self.dt:g} s")
+                             f"the {are} {' and '.join(nearest)} s")
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
 
