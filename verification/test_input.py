@@ -721,3 +721,13 @@ def test_loads_of_one_name_are_refused(tmp_path):
     path.write_text(PLATE_FILE.replace(f'name = "{names[2]}"', f'name = "{names[1]}"'))
     with pytest.raises(InputError, match=rf"loads\[1\].name: {names[1]} is that of loads\[0\]"):
         read_model(path)
+
+
+def test_signatures_are_readable():
+    """`help` shows types, no checks of them."""
+    import inspect
+
+    import corovec
+    for name in corovec.__all__:
+        if inspect.isfunction(function := getattr(corovec, name)):
+            assert not re.search("Annotated|<function| at 0x", str(inspect.signature(function)))

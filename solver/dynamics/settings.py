@@ -78,7 +78,9 @@ class Settings:
     end_time: float = setting("Simulated time, a multiple of dt.", unit="s")
     scheme: Scheme = setting("How a step is integrated.", Scheme())
     newton: Newton = setting("How its equations are solved.", Newton())
-    solver: str = setting("The linear solver.", "auto", choices=SOLVERS)
+    solver: str = setting("The linear solver; auto takes the fastest by the work expected, the "
+                          "skyline, a banded Cholesky or a sparse LU (SuperLU), and results name "
+                          "the one that ran.", "auto", choices=SOLVERS)
     frame_every: int = setting("Steps between two frames (and checkpoints); 0 for about "
                                f"{DEFAULT_FRAMES} frames a run.", 0)
 
