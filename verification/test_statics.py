@@ -266,6 +266,7 @@ def test_displacement_prescribed_twice_is_applied_once():
     assert np.array_equal(ends[0], ends[1]) and np.allclose(ends[0][tip, 2], 0.1)
 
 
+@pytest.mark.filterwarnings("ignore:no load does anything")
 @pytest.mark.parametrize("loads", [
     [], [NodalLoad(2, (0.0, 0.0, 0.0))], [NodalLoad(0, (0.0, 0.0, 3.0))],
 ], ids=["no load", "a zero load", "a load on a support"])
