@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
 from corovec.solver.checks import choice, instance, vector
-from corovec.solver.dynamics.result import End, Rows, total_energy
+from corovec.solver.dynamics.result import End, total_energy
 from corovec.solver.errors import InputError
 from corovec.solver.names import mathtext
+from corovec.solver.results.frame import Rows
 from corovec.solver.signatures import checked
 
 from .recording import Recording

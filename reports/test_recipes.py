@@ -32,7 +32,7 @@ nodes = { "120" = "155" }
 
 [fifth.claims]
 "Figure 18" = ["nodes"]
-"Figure 19" = ["level", "energy"]
+"Figure 19" = ["energy"]
 """
 
 DRAWINGS = """
@@ -50,6 +50,7 @@ kind = "mesh"
 [[fifth.figures]]
 label = "Figure 19"
 topic = "energies"
+level = true
 [[fifth.figures.drawings]]
 name = "figure-19"
 title = "Energies"

@@ -65,7 +65,8 @@ def main():
         if sys.stdout is not None:
             sys.stdout.flush()
     except (InputError, ResultFileError) as error:
-        _fail(str(error).replace("; overwrite replaces", "; --overwrite replaces"), WRONG_INPUT)
+        words = re.sub(r"(?<=[;,] )(?=overwrite replaces|resume continues)", "--", str(error))
+        _fail(words, WRONG_INPUT)
     except StepError as error:
         _fail(error, FAILED)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -138,13 +139,13 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     from .compilation import warm_up
     from .dynamics.simulation import simulate
     from .input.files import find_model, read_model
-    from .results.files import writable_path
+    from .results.files import RUN, writable_path
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
     if output is not None:
-        output = str(writable_path(output, overwrite or resume))
+        output = str(writable_path(output, overwrite or resume, RUN))
     path = find_model(model)
     definition = read_model(path)
     words = _words(options, path)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import partial, wraps
 from os import PathLike
 from types import NoneType, UnionType
-from typing import Annotated, get_args, get_origin
+from typing import Annotated, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -43,7 +43,7 @@ Vector = Annotated[tuple, vector]
 def checked(called):
     """``called`` with its annotated arguments checked, and in their own types, before it runs.
 
-    None is taken where it is the default.
+    None is taken where it is the default.  ``help`` shows the types, without their checks.
     """
     signature = inspect.signature(called)
     kinds = {name: parameter for name, parameter in signature.parameters.items()
@@ -58,6 +58,10 @@ def checked(called):
                 given.arguments[name] = by_type(name, kinds[name].annotation, value)
         return called(*given.args, **given.kwargs)
 
+    plain = get_type_hints(called)
+    call.__signature__ = signature.replace(parameters=[
+        parameter.replace(annotation=plain.get(name, parameter.annotation))
+        for name, parameter in signature.parameters.items()])
     return call
 
 

@@ -129,12 +129,12 @@ def test_run_of_an_own_model_file(tmp_path):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("thickness = 0.1", "thickness = -0.1"), "parameters.thickness: Input should be greater"),
-    (("youngs = 1e5", 'youngs = "stiff"'), "parameters.youngs: Input should be a valid number"),
-    (("force = [0.0, 0.0, 2.0]", "force = [0.0, 2.0]"), "loads[0].force[2]: Field required"),
+    (("thickness = 0.1", "thickness = -0.1"), "parameters.thickness: must be positive"),
+    (("youngs = 1e5", 'youngs = "stiff"'), "parameters.youngs: must be a number, is 'stiff'"),
+    (("force = [0.0, 0.0, 2.0]", "force = [0.0, 2.0]"), "loads[0].force[2]: is missing"),
     (("at = [4.0, 1.0, 0.0]", "at = [4.0, 1.5, 0.0]"), "loads[0].at: no node at [4.0, 1.5, 0.0]"),
-    (('name = "strip"', ""), "name: Field required"),
-    (("poisson = 0.3", "poisson = 0.3\ncolour = 1"), "parameters.colour: Extra inputs"),
+    (('name = "strip"', ""), "name: is missing"),
+    (("poisson = 0.3", "poisson = 0.3\ncolour = 1"), "parameters.colour: is unknown"),
 ])
 def test_errors_in_an_own_model_file(tmp_path, change, message):
     """One line with the file and the place in it, whether a value is plain or not."""
@@ -213,6 +213,7 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     (("run", "l-plate", "--end-time", "-1"), "--end-time must be positive [s]"),
     (("run", "l-plate", "--max-iterations", "0"), "--max-iterations must be at least 1"),
     (("calibrate", "ruler", "--elements", "480", "--output", __file__), "exists; --overwrite r"),
+    (("run", "l-plate", "--output", __file__), "--overwrite replaces it, --resume continues its"),
     (("run", "l-plate", "--elements", "7"), "no mesh of 7 elements"),
     (("run", "l-plate", "--dt", "0"), "--dt must be positive"),
     (("run", "l-plate", "--dt", "soon"), "'soon' is not a valid float"),

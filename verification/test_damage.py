@@ -92,7 +92,7 @@ def test_one_bit_of_an_energy(run, path):
         bits = file["history/strain_energy"][...].view(np.int64)
         bits[1] ^= 1 << 52
         file["history/strain_energy"][...] = bits.view(float)
-    refused(run, path, r"damaged.*frame 1, or the history up to it, has changed")
+    refused(run, path, r"damaged.*frame 1, or the history up to it, has changed: run it again")
 
 
 def test_damaged_last_frame_is_said_on_the_terminal(tmp_path):

@@ -100,7 +100,9 @@ def test_bad_mesh(nodes, quads, message):
     ({"normal_velocity": np.tile((0.0, 0.0, 1.0), (6, 1))},
      r"normal_velocity of node 0 is not tangential"),
     ({"normals": np.zeros((6, 3))}, r"normals\[0\] has length 0, must be 1"),
-    ({"normals": np.tile((0.0, 0.0, -1.0), (6, 1))}, r"normals\[0\] is more than 60 degrees"),
+    ({"normals": np.tile((0.0, 0.0, -1.0), (6, 1))}, r"^normals 0, 1, 2, 3, 4, 5 are opposite to"),
+    ({"normals": [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 0, -1), (0, 1, 0), (0, 0, 1)]},
+     r"normals 1, 3 are opposite .*: turn their sign, .*; normals 2, 4 are more than 60 degrees"),
     ({"thickness": "0.1"}, r"thickness must be a number, is '0.1'"),
     ({"thickness": True}, r"thickness must be a number, is True"),
     ({"thickness": None}, r"thickness must be a number, is None"),
@@ -327,6 +329,21 @@ def test_pulse_that_the_steps_miss():
     simulate(hit, Settings(dt=2e-5, end_time=1e-3))
 
 
+@pytest.mark.parametrize("run", [lambda m: simulate(m, Settings(dt=0.1, end_time=0.1)),
+                                 lambda m: load_control(m, [1.0]), solve_linear])
+def test_loads_that_do_nothing_are_told(run):
+    """All of them held: a warning with their numbers, about the line that called.  A surface load
+    on a clamped edge, whose other nodes are free, is none."""
+    clamped = Support((0, 3), ("x", "y", "z", "px", "py", "pz"))
+    held = [NodalLoad(0, (0, 0, 1)), NodalMoment(3, (1, 0, 0))]
+    with pytest.warns(UserWarning, match="no load does anything: .* all of loads 0, 1, whose nodes"
+                      ) as told:
+        run(model(loads=held, supports=[clamped]))
+    assert told[0].filename == __file__
+    run(model(loads=[*held, NodalLoad(1, (0, 0, 1))], supports=[clamped]))
+    run(model(loads=surface_load(NODES, QUADS, (0, 0, -1)), supports=[clamped]))
+
+
 def test_velocity_of_a_support_is_refused():
     still = model(supports=[Support((0,), ("x",))], velocity=np.ones((6, 3)))
     with pytest.raises(InputError, match="node 0: initial velocity of a supported component"):
@@ -352,7 +369,7 @@ def test_bad_time_function(times, values, message):
     ({"dt": np.nan}, "dt must be finite"),
     ({"end_time": np.inf}, "end_time must be finite"),
     ({"dt": 0.3}, "end_time 1 s is not a multiple of dt 0.3 s; the nearest ones are 0.9 and 1.2"),
-    ({"dt": 3.0}, "end_time 1 s is not a multiple"),
+    ({"dt": 3.0}, "end_time 1 s is not a multiple of dt 3 s; the smallest is 3 s"),
     ({"scheme": "quasi"}, r"scheme must be a Scheme, as scheme=Scheme\(name='quasi'\), is 'quasi'"),
     ({"newton": "full"}, r"newton must be a Newton, as newton=Newton\(kind='full'\), is 'full'"),
     ({"newton": Scheme()}, r"newton must be a Newton, is Scheme\("),
@@ -416,15 +433,16 @@ def test_definition_file_reports_every_error_with_its_path(tmp_path):
     source = (FOLDER / "l-plate.toml").read_text()
     broken = (source.replace("thickness = {", "thicknes = {")
               .replace("value = 0.3,", 'value = "soft",')
-              .replace('provenance = "assumed"', 'provenance = "guessed"', 1))
+              .replace('provenance = "selected"', 'provenance = "guessed"', 1))
     path = tmp_path / "broken.toml"
     path.write_text(broken)
     with pytest.raises(InputError) as error:
         read_model(path)
     text = str(error.value)
-    for where in ("parameters.thickness: Field required", "parameters.thicknes: Extra inputs",
-                  "parameters.poisson.value: Input should be a valid number",
-                  "geometry.provenance: Input should be"):
+    for where in ("parameters.thickness: is missing",
+                  "parameters.thicknes: is unknown, did you mean 'thickness'?",
+                  "parameters.poisson.value: must be a number, is 'soft'",
+                  "geometry.provenance: must be 'printed', 'derived', "):
         assert where in text
     path.write_text("name = [")
     with pytest.raises(InputError, match="broken.toml"):
@@ -537,6 +555,22 @@ def test_all_inverted_elements_are_named_and_turned():
         model(plate.nodes, many)
 
 
+def test_a_twisted_element_is_no_moebius_strip():
+    """`orient` says what `Model` says."""
+    plate = rectangle(5.0, 4.0, (5, 4))
+    quads = plate.quads.copy()
+    quads[5] = quads[5, [0, 2, 1, 3]]
+    for call in (orient, model):
+        with pytest.raises(InputError, match="element 5: degenerate or twisted, the diagonals of "
+                                             "its nodes .* are parallel"):
+            call(plate.nodes, quads)
+
+
+def test_corners_of_a_block_go_round_it():
+    with pytest.raises(InputError, match="corners must go round a convex block, their sides cross"):
+        block([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)], (2, 2))
+
+
 def test_orientation_goes_beyond_folds_and_ends_at_a_moebius_strip():
     """The sides of a box all look outwards or all inwards; a strip with a half turn has one."""
     corners = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
@@ -570,7 +604,7 @@ def test_a_row_is_no_history():
     history = simulate(model(), Settings(dt=0.1, end_time=0.2)).history
     for call in (total_energy, lambda rows: drift(rows, 0.0)):
         for part in (history[0], history[None], history[["time", "strain_energy"]]):
-            with pytest.raises(InputError, match="history must be the history of a result"):
+            with pytest.raises(InputError, match="history must be that of a result"):
                 call(part)
 
 
@@ -612,11 +646,11 @@ PLATE_FILE = (FOLDER / "l-plate.toml").read_text()
 @pytest.mark.parametrize("old, new, message", [
     ("refinement = 2", "refinement = 1", r"meshes\[1\]: refinement 1 has 30 elements, not 120"),
     ("divisions = [8, 2]", "divisions = [1000000000, 1000000000]", "m.toml: .*elements"),
-    ("[10.0, 5.0, 0.0]", "[1e308, 5.0, 0.0]", r"geometry.blocks\[2\].corners\[1\]\[0\]: a numb"),
+    ("[10.0, 5.0, 0.0]", "[1e308, 5.0, 0.0]", r"geometry.blocks\[2\].corners\[1\]\[0\]: must be"),
     ('unit = "m", provenance = "assumed", source = "Fig. 4', 'unit = "km", provenance = '
      '"assumed", source = "Fig. 4', r"points.S: in 'km', must be in 'm'"),
-    ('name = "l-plate"', 'name = "a\\nb"', "name: a name must be one line of 1 to 200 printable"),
-    ('name = "l-plate"', '"" = 1\nname = "l-plate"', 'm.toml: "": Extra inputs'),
+    ('name = "l-plate"', 'name = "a\\nb"', "name: must be one line of 1 to 200 printable"),
+    ('name = "l-plate"', '"" = 1\nname = "l-plate"', 'm.toml: "": '),
     ("[[meshes]]\nelements = 120", "[[meshes]]\nelements = 30\nrefinement = 1\n[[meshes]]\n"
      "elements = 120",
      r"meshes\[1\].elements: 30 is that of meshes\[0\] as well"),
@@ -629,6 +663,60 @@ def test_wrong_values_of_a_model_file(tmp_path, old, new, message):
     with pytest.raises(InputError, match=message) as told:
         read_model(path)
     assert str(told.value).startswith(f"{path}: ") and "Value error" not in str(told.value)
+
+
+FLAP = """
+name = "flap"
+[parameters]
+thickness = 0.02
+youngs = 1e8
+poisson = 0.3
+density = 1000.0
+[[geometry.blocks]]
+corners = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]
+divisions = [8, 4]
+[[meshes]]
+elements = 32
+refinement = 1
+[defaults]
+elements = 32
+dt = 2e-3
+end_time = 1.0
+[histories.pulse]
+times = [0.0, 0.1, 0.2]
+values = [0.0, 1.0, 0.0]
+[[loads]]
+name = "hit"
+at = [0, 0, 0]
+force = [0, 0, 200]
+history = "pulse"
+"""
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("[2, 0, 0], [2, 1, 0]", "[2, 1, 0], [2, 0, 0]",
+     "geometry.blocks[0].corners: must go round a convex block, their sides cross"),
+    ("youngs", "yongs", "parameters.yongs: is unknown, did you mean 'youngs'?"),
+    ("thickness = 0.02", 'thickness = "0.02"', "parameters.thickness: must be a number, is '0.02'"),
+    ("1000.0", "-1", "parameters.density: must be positive, at least 1e-30, is -1"),
+    ("0.3", "0.5", "parameters.poisson: must lie in (-1, 0.5), is 0.5"),
+    ("name", "supports = [1]\nname", "supports: is unknown here, it is given in Python"),
+    ("name", "line = 1\nname", "line: is unknown here"),
+    ("[[loads]]", "[loads]", "loads: must be a list of tables, write [[loads]]"),
+    ("[[geometry.blocks]]", "[geometry.blocks]", "write [[geometry.blocks]]"),
+    ("[8, 4]", "[8, 4, 2]", "geometry.blocks[0].divisions: must be a list of at most 2, is ["),
+    ("[0.0, 0.1, 0.2]", "0.0", "histories.pulse.times: must be a list, is 0.0"),
+    ('"pulse"', "3", "loads[0].history: must be a text, is 3"),
+])
+def test_errors_of_a_model_file_show_the_value_and_what_helps(tmp_path, old, new, message):
+    path = tmp_path / "flap.toml"
+    assert old in FLAP
+    path.write_text(FLAP)
+    assert read_model(path).title == ""
+    path.write_text(FLAP.replace(old, new, 1))
+    with pytest.raises(InputError, match=re.escape(message)) as told:
+        read_model(path)
+    assert "\n" not in str(told.value)
 
 
 def test_a_model_file_of_another_encoding(tmp_path):
@@ -644,3 +732,13 @@ def test_loads_of_one_name_are_refused(tmp_path):
     path.write_text(PLATE_FILE.replace(f'name = "{names[2]}"', f'name = "{names[1]}"'))
     with pytest.raises(InputError, match=rf"loads\[1\].name: {names[1]} is that of loads\[0\]"):
         read_model(path)
+
+
+def test_signatures_are_readable():
+    """`help` shows types, no checks of them."""
+    import inspect
+
+    import corovec
+    for name in corovec.__all__:
+        if inspect.isfunction(function := getattr(corovec, name)):
+            assert not re.search("Annotated|<function| at 0x", str(inspect.signature(function)))

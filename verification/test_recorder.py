@@ -292,7 +292,7 @@ def test_static_file_is_not_overwritten_or_mixed_up(tmp_path, model):
     path, factors = tmp_path / "run.h5", [0.5, 1.0]
     path.write_bytes(b"precious")
     for run in (snap_through, lambda **options: bending(factors, **options)):
-        with pytest.raises(ResultFileError, match="exists; overwrite replaces it"):
+        with pytest.raises(ResultFileError, match="overwrite replaces it, resume continues"):
             run(output=path)
         with pytest.raises(InputError, match="resume and overwrite exclude each other"):
             run(output=path, resume=True, overwrite=True)
@@ -378,7 +378,7 @@ def test_existing_file_is_not_overwritten(tmp_path, model):
     path = tmp_path / "run.h5"
     path.write_bytes(b"precious")
     settings = Settings(dt=0.01, end_time=0.1)
-    with pytest.raises(ResultFileError, match="exists; overwrite replaces it"):
+    with pytest.raises(ResultFileError, match="overwrite replaces it, resume continues"):
         simulate(model, settings, output=path)
     with pytest.raises(ResultFileError, match="damaged or not a result file"):
         simulate(model, settings, output=path, resume=True)
@@ -545,5 +545,16 @@ def test_a_history_becomes_a_data_frame(tmp_path, model):
                               result.history["angular_momentum"][:, k])
     assert len(table.columns) == len(result.history.dtype.names) + 6
     assert table.equals(data_frame(read(tmp_path / "run.h5")["history"])[table.columns])
-    with pytest.raises(InputError, match="history must be the history of a result, is None"):
-        data_frame(None)
+    for wrong in (None, "run.h5", read(tmp_path / "run.h5"), result):
+        with pytest.raises(InputError, match=r"history must be that of a result, as read\(path\)"
+                           r'\["history"\], is '):
+            data_frame(wrong)
+
+
+def test_a_static_path_becomes_a_data_frame(tmp_path):
+    result = bending([0.5, 1.0], output=tmp_path / "run.h5")
+    stored = data_frame(read(tmp_path / "run.h5")["history"])[1:].reset_index(drop=True)
+    table = result.frame()
+    assert list(table.columns) == [name for name in stored.columns
+                                   if name not in ("indefinite", "next_step")]
+    np.testing.assert_allclose(table, stored[table.columns], rtol=1e-14, atol=0.0)

@@ -266,6 +266,7 @@ def test_displacement_prescribed_twice_is_applied_once():
     assert np.array_equal(ends[0], ends[1]) and np.allclose(ends[0][tip, 2], 0.1)
 
 
+@pytest.mark.filterwarnings("ignore:no load does anything")
 @pytest.mark.parametrize("loads", [
     [], [NodalLoad(2, (0.0, 0.0, 0.0))], [NodalLoad(0, (0.0, 0.0, 3.0))],
 ], ids=["no load", "a zero load", "a load on a support"])
@@ -400,12 +401,32 @@ def test_free_shell_in_statics_is_told():
     model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
                   loads=[NodalLoad(0, (0.0, 0.0, 1.0))])
     for solve in (solve_linear, lambda m: load_control(m, [1.0])):
-        with pytest.raises(InputError, match="supports leave 6 rigid motions of the shell free"):
+        with pytest.raises(InputError, match="leave 6 rigid motions of the shell free, "
+                           "translation along x, y, z and rotation about an axis along x, y, z: "
+                           "hold it by a Support"):
             solve(model)
     hinged = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0,
                    supports=[Support((0, 3), ("x", "y", "z"))])
-    with pytest.raises(InputError, match="supports leave 1 rigid motion of the shell free"):
+    with pytest.raises(InputError, match="leave 1 rigid motion of the shell free, "
+                       "rotation about an axis along y: hold"):
         solve_linear(hinged)
+
+
+@pytest.mark.parametrize("supports, motions", [
+    ([Support((0,), ("x", "y", "z"))], "3 rigid motions .* free, rotation .* along x, y, z:"),
+    ([Support((0, 2, 3), ("z",))],
+     "3 rigid motions .* free, translation along x, y and rotation about an axis along z:"),
+    ([Support((0, 3), ("x", "y", "z")), Support((2,), ("z",))], None),
+    ([Support((0, 5), ("x", "y", "z"))], r"1 rigid .* along \(-?0.894, -?0.447, 0\):"),
+])
+def test_free_motions_are_named(supports, motions):
+    plate = rectangle(2.0, 1.0, (2, 1))
+    model = Model(plate.nodes, plate.quads, 0.1, 1e6, 0.3, 1.0, supports=supports)
+    if motions is None:
+        solve_linear(model)
+        return
+    with pytest.raises(InputError, match=motions):
+        solve_linear(model)
 
 
 def test_prescribed_displacement_is_for_statics_only():

@@ -5,20 +5,12 @@ from typing import Annotated
 
 import numpy as np
 
-from ..checks import number, shown
+from ..checks import number
 from ..errors import InputError
+from ..results.frame import data_frame, rows_of
 from ..signatures import checked
 from .newton import Seconds
 from .settings import Settings
-
-
-def rows_of(name, values):
-    """A structured array of rows, of a run or a static path."""
-    columns = getattr(getattr(values, "dtype", None), "names", None) or ()
-    if (not {"time", "kinetic_energy", "strain_energy"} <= set(columns)
-            and not {"factor", "strain_energy"} <= set(columns)) or np.ndim(values) != 1:
-        raise InputError(f"{name} must be the history of a result, is {shown(values)}")
-    return values
 
 
 def motion_of(name, values):
@@ -33,7 +25,6 @@ def end_of(name, value):
     return np.inf if isinstance(value, float) and value == np.inf else number(name, value, "s")
 
 
-Rows = Annotated[np.ndarray, rows_of]
 Motion = Annotated[np.ndarray, motion_of]
 End = Annotated[float, end_of]
 
@@ -108,26 +99,6 @@ def unloaded_row(history, unloaded_at):
     """Index of the first row at or after ``unloaded_at``, or None."""
     rows = np.flatnonzero(history["time"] >= unloaded_at * (1.0 - 1e-12))
     return int(rows[0]) if len(rows) else None
-
-
-@checked
-def data_frame(history: Rows):
-    """A history as a ``pandas.DataFrame``, a row a step: vectors become columns with ``_x``, ``_y``
-    and ``_z`` behind their names.
-
-    Args:
-        history: of a ``Result`` or ``read``, of a run or a static path.
-
-    Raises:
-        InputError: no history.
-    """
-    from pandas import DataFrame
-    columns = {}
-    for name in history.dtype.names:
-        values = history[name]
-        columns |= ({name: values} if values.ndim == 1 else
-                    {f"{name}_{c}": values[:, k] for k, c in enumerate("xyz")})
-    return DataFrame(columns)
 
 
 @checked

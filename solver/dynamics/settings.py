@@ -78,7 +78,9 @@ class Settings:
     end_time: float = setting("Simulated time, a multiple of dt.", unit="s")
     scheme: Scheme = setting("How a step is integrated.", Scheme())
     newton: Newton = setting("How its equations are solved.", Newton())
-    solver: str = setting("The linear solver.", "auto", choices=SOLVERS)
+    solver: str = setting("The linear solver; auto takes the fastest by the work expected, the "
+                          "skyline, a banded Cholesky or a sparse LU (SuperLU), and results name "
+                          "the one that ran.", "auto", choices=SOLVERS)
     frame_every: int = setting("Steps between two frames (and checkpoints); 0 for about "
                                f"{DEFAULT_FRAMES} frames a run.", 0)
 
@@ -91,10 +93,10 @@ class Settings:
             raise InputError(f"end_time {self.end_time:g} s takes {steps:.3g} steps of dt "
                              f"{self.dt:g} s, at most {MOST_STEPS:.0e} can be recorded")
         if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-            below = int(steps)
+            nearest = [f"{n * self.dt:g}" for n in (int(steps), int(steps) + 1) if n]
+            are = "nearest ones are" if len(nearest) > 1 else "smallest is"
             raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
-                             f"the nearest ones are {below * self.dt:g} and "
-                             f"{(below + 1) * self.dt:g} s")
+                             f"the {are} {' and '.join(nearest)} s")
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
 

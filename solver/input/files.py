@@ -1,14 +1,16 @@
 """Model files: reading them, their names, and a copy with a calibrated peak."""
 
 import tomllib
+from difflib import get_close_matches
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
 
 from pydantic import ValidationError
 
+from ..checks import shown
 from ..errors import InputError
-from .schema import ModelFile
+from .schema import ModelFile, keys
 
 EMPTY = '""'
 """The key of no characters, as TOML has it."""
@@ -90,10 +92,43 @@ def calibrated_text(path, peak, calibration):
     return tomlkit.dumps(document)
 
 
+IN_PYTHON = ("supports", "moments", "pressure", "velocity", "normal_velocity", "normals")
+"""What only a ``Model`` takes."""
+
+
 def _line(data, error):
     """Where in the file an error is, and what it says; one of the whole file names its place."""
-    place, message = _place(data, error["loc"]), error["msg"].removeprefix("Value error, ")
+    place, message = _place(data, error["loc"]), _message(error)
     return f"{place}: {message}" if place else message
+
+
+def _message(error):
+    """What an error says, in our words."""
+    kind, given, place = error["type"], error["input"], error["loc"]
+    if kind == "extra_forbidden":
+        return _unknown(place[-1])
+    if kind == "missing":
+        return "is missing"
+    if kind == "list_type" and isinstance(given, dict):
+        return f"must be a list of tables, write [[{'.'.join(map(str, place))}]]"
+    wanted = {"list_type": "a list", "tuple_type": "a list", "dict_type": "a table",
+              "model_type": "a table", "string_type": "a text", "literal_error": "{expected}",
+              "too_long": "a list of at most {max_length}",
+              "too_short": "a list of at least {min_length}"}
+    if kind in wanted:
+        wanted = wanted[kind].format(**error.get("ctx", {}))
+        return f"must be {wanted}, is {shown(given)}"
+    return error["msg"].removeprefix("Value error, ").lstrip()
+
+
+def _unknown(key):
+    """What is said of a key that is not known where it is."""
+    if key in IN_PYTHON:
+        return "is unknown here, it is given in Python (own-shell.md, Model files)"
+    if key in keys():
+        return "is unknown here"
+    near = get_close_matches(key, keys(), 1)
+    return "is unknown" + (f", did you mean '{near[0]}'?" if near else "")
 
 
 def _place(data, loc):

@@ -14,16 +14,15 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    Strict,
     field_validator,
     model_validator,
 )
 
-from ..checks import LARGEST, number, positive, text
+from ..checks import count, number, positive, text
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.loads import NodalLoad, TimeFunction, line_load
-from ..model.mesh import MOST_ELEMENTS, block, join, line_nodes, node_at, sphere_segment
+from ..model.mesh import MOST_ELEMENTS, block, corners_of, join, line_nodes, node_at, sphere_segment
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
@@ -31,11 +30,26 @@ from ..signatures import checked
 Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
 """``selected``: chosen among candidates by a printed result; it proves as little as what was
 ``calibrated`` to one."""
-Number = Annotated[float, Strict(), AfterValidator(partial(number, "a number"))]
-Positive = Annotated[float, Strict(), Field(gt=0.0), AfterValidator(partial(positive, "it"))]
-Count = Annotated[int, Strict(), Field(gt=0, le=LARGEST)]
-Name = Annotated[str, AfterValidator(partial(text, "a name"))]
-Polar = Annotated[float, Strict(), Field(gt=0.0, lt=180.0)]
+
+
+def _within(low, high):
+    """The type of a number between two others."""
+
+    def check(value):
+        if not low < number("", value) < high:
+            raise InputError(f"must lie in ({low:g}, {high:g}), is {value}")
+        return value
+
+    return Annotated[float, BeforeValidator(check)]
+
+
+# what a check says of a value without a name, its place in the file stands before
+Number = Annotated[float, BeforeValidator(partial(number, ""))]
+Positive = Annotated[float, BeforeValidator(partial(positive, ""))]
+Count = Annotated[int, BeforeValidator(partial(count, ""))]
+Name = Annotated[str, BeforeValidator(partial(text, ""))]
+Title = Annotated[str, BeforeValidator(lambda given: given if given == "" else text("", given))]
+Polar = _within(0.0, 180.0)
 Point = tuple[Number, Number, Number]
 Divisions = tuple[Count, Count]
 T = TypeVar("T")
@@ -76,13 +90,19 @@ def _in(unit, kind):
 class Parameters(_Strict):
     thickness: _in("m", Positive)
     youngs: _in("Pa", Positive)
-    poisson: _in("", Annotated[float, Strict(), Field(gt=-1.0, lt=0.5)])
+    poisson: _in("", _within(-1.0, 0.5))
     density: _in("kg/m^3", Positive)
 
 
 class Block(_Strict):
     corners: tuple[Point, Point, Point, Point]
     divisions: Divisions
+
+    @field_validator("corners")
+    @classmethod
+    def _round(cls, corners):
+        corners_of("", corners)
+        return corners
 
 
 class Sphere(_Strict):
@@ -262,7 +282,7 @@ class ModelFile(_Strict):
     """
 
     name: Name
-    title: Name | Literal[""] = ""
+    title: Title = ""
     paper: Paper | None = None
     parameters: Parameters
     geometry: Geometry
@@ -402,6 +422,11 @@ class ModelFile(_Strict):
         rows += [(f"point {name}", *_columns(s)) for name, s in self.points.items()]
         rows += [(f"paper's {name}", *_columns(s)) for name, s in self.paper or ()]
         return rows
+
+
+def keys():
+    """Names of everything that a model file can hold."""
+    return {name for kind in _Strict.__subclasses__() for name in kind.model_fields}
 
 
 def _repeated(place, name, values):

@@ -11,7 +11,7 @@ from ..checks import floats
 from ..errors import InputError
 from ..names import listed
 from .constants import CORNERS, shape_functions
-from .mesh import check_connectivity, element_edges, node_numbers
+from .mesh import check_connectivity, check_shapes, element_edges, node_numbers
 
 LARGEST_DEVIATION = 40.0
 """Largest angle [degrees] between a nodal normal and the normals of the elements it averages."""
@@ -142,10 +142,12 @@ def orient(nodes, quads):
         (n_elem, 4) node numbers.
 
     Raises:
-        InputError: no mesh, or one with one side only, as a Moebius strip.
+        InputError: no mesh, a twisted element, or one side only, as a Moebius strip.
     """
-    quads = node_numbers(quads, len(floats("nodes", nodes, (None, 3))))
+    nodes = floats("nodes", nodes, (None, 3))
+    quads = node_numbers(quads, len(nodes))
     check_connectivity(quads)
+    check_shapes(nodes, quads)
     pairs = _pairs(quads)
     turned, one_sided = _turned(len(quads), pairs, pairs.alone)
     if np.any(one_sided):

@@ -49,7 +49,20 @@ def few_enough(elements):
 
 
 Divisions = Annotated[tuple, divisions_of]
-Corners = Annotated[np.ndarray, lambda name, values: floats(name, values, (4, 3))]
+
+
+def corners_of(name, values):
+    """Four corners (4, 3) in order round a convex block [m]."""
+    corners = floats(name, values, (4, 3))
+    try:
+        check_shapes(corners, np.arange(4)[None])
+    except InputError:
+        raise InputError(f"{name} must go round a convex block, their sides cross or fold: give "
+                         "them in the order of an element's nodes") from None
+    return corners
+
+
+Corners = Annotated[np.ndarray, corners_of]
 
 
 def _polar_angles(name, values):
@@ -231,7 +244,7 @@ def check_mesh(nodes, quads):
     few_enough(len(quads))
     check_connectivity(quads)
     _check_nodes(nodes, quads)
-    _check_shapes(nodes, quads)
+    check_shapes(nodes, quads)
     _check_edges(nodes, quads)
 
 
@@ -311,8 +324,8 @@ def check_connectivity(quads):
                          f"{quads[k].tolist()}")
 
 
-def _check_shapes(nodes, quads):
-    """No degenerate, inverted or non-convex element."""
+def check_shapes(nodes, quads):
+    """Raise ``InputError`` for a degenerate, twisted or non-convex element."""
     corners = nodes[quads]
     diagonals = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
     lengths = np.linalg.norm(diagonals, axis=2)

@@ -13,6 +13,7 @@ import numpy as np
 from ..checks import TINY, choice, existing, floats, integers, number, shown, single
 from ..errors import InputError
 from ..kernels.arguments import Elements
+from ..names import listed
 from ..signatures import Vector, checked
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
@@ -118,11 +119,7 @@ class Model:
         if np.any(np.abs(length - 1.0) > 1e-9):
             k = int(np.argmax(np.abs(length - 1.0)))
             raise InputError(f"normals[{k}] has length {length[k]:g}, must be 1")
-        aligned = np.einsum("ij,ij->i", normals, mean)
-        if np.any(aligned < 0.5):
-            k = int(np.argmin(aligned))
-            raise InputError(f"normals[{k}] is more than 60 degrees from the mean normal of its "
-                             "elements")
+        _check_aligned(np.einsum("ij,ij->i", normals, mean))
         for i in np.flatnonzero(np.diff(found.first) > 1):
             one, two = normals[found.first[i]:found.first[i] + 2]
             if np.linalg.norm(np.cross(one, two)) < LEAST_SPREAD:
@@ -253,6 +250,20 @@ def _require(good, values, message):
     if not np.all(good):
         k = int(np.argmin(good))
         raise InputError(f"{message}, is {values[k]:g} at element {k}")
+
+
+def _check_aligned(cosines):
+    """Raise ``InputError`` for given normals that are far from those of the elements."""
+    opposite, far = np.flatnonzero(cosines <= -0.5), np.flatnonzero(np.abs(cosines) < 0.5)
+    told = []
+    if len(opposite):
+        told.append(f"normals {listed(opposite)} are opposite to the mean normals of their "
+                    "elements: turn their sign, or all elements (quads[:, ::-1])")
+    if len(far):
+        told.append(f"normals {listed(far)} are more than 60 degrees from the mean normals of "
+                    "their elements")
+    if told:
+        raise InputError("; ".join(told))
 
 
 def _items(name, given, kinds):

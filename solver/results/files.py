@@ -15,6 +15,10 @@ PROBE = 1 << 14
 """Bytes that a folder must have room for before long work begins."""
 
 
+RUN = ", resume continues its run"
+"""What else can be done with a result file."""
+
+
 def output_path(output, overwrite, resume):
     """The file that a run may write to, or None; see ``writable_path``."""
     resume, overwrite = flag("resume", resume), flag("overwrite", overwrite)
@@ -22,11 +26,13 @@ def output_path(output, overwrite, resume):
         raise InputError("resume and overwrite exclude each other")
     if resume and output is None:
         raise InputError("resume needs output, the file to continue")
-    return None if output is None else writable_path(output, overwrite or resume)
+    return None if output is None else writable_path(output, overwrite or resume, RUN)
 
 
-def writable_path(path, overwrite=False):
+def writable_path(path, overwrite=False, otherwise=""):
     """``path``, absolute, with the links of its folder resolved.
+
+    ``otherwise``: what can be done with one that exists, beside replacing it.
 
     Raises:
         ResultFileError: it is no path, exists and is not to be overwritten, is a symbolic link or
@@ -36,7 +42,7 @@ def writable_path(path, overwrite=False):
     if os.path.islink(given):
         raise ResultFileError(f"{given} is a symbolic link; give the name of the file itself")
     if exists and not overwrite:
-        raise ResultFileError(f"{path} exists; overwrite replaces it")
+        raise ResultFileError(f"{path} exists; overwrite replaces it{otherwise}")
     if not path.parent.is_dir():
         raise ResultFileError(f"{path} cannot be created: no folder {path.parent}")
     if exists and not os.access(path, os.R_OK | os.W_OK):

@@ -160,7 +160,8 @@ def _newest_good(slots, plan, good):
         n = _frames(plan, step)
         if n <= good:
             return step, packed, n
-    raise ValueError(f"frame {good}, or the history up to it, has changed")
+    raise ValueError(f"frame {good}, or the history up to it, has changed: run it again; "
+                     "those before are whole, h5py reads them")
 
 
 def _history(file, sizes, step):

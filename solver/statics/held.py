@@ -6,6 +6,9 @@ from scipy.sparse.csgraph import connected_components
 
 from ..errors import InputError
 
+HELD = 1e-9
+"""Smallest singular value of what the supports hold of unit motions, the shell's size being 1."""
+
 
 def check_held(model):
     """Every connected part of the shell must be held against its six rigid motions."""
@@ -15,12 +18,32 @@ def check_held(model):
     n_parts, part = connected_components(links, directed=False)
     for k in range(n_parts):
         inside = part == k
-        rows = _held_motions(model, fixed, np.flatnonzero(inside))
-        free = 6 - np.linalg.matrix_rank(rows, tol=1e-9) if len(rows) else 6
-        if free:
+        _, sizes, motions = np.linalg.svd(_held_motions(model, fixed, np.flatnonzero(inside)))
+        free = motions[np.count_nonzero(sizes > HELD):]
+        if len(free):
             which = "the shell" if n_parts == 1 else f"the part with node {np.argmax(inside)}"
-            motions = "1 rigid motion" if free == 1 else f"{free} rigid motions"
-            raise InputError(f"the supports leave {motions} of {which} free")
+            motions = "1 rigid motion" if len(free) == 1 else f"{len(free)} rigid motions"
+            raise InputError(f"the supports leave {motions} of {which} free, {_told(free)}: hold "
+                             "it by a Support, as in supports=[Support(nodes, components)]")
+
+
+def _told(free):
+    """The rigid motions (n, 6) of a space, in words."""
+    _, sizes, mixed = np.linalg.svd(free[:, 3:].T)
+    turning = np.count_nonzero(sizes > HELD)
+    turns, shifts = mixed[:turning] @ free[:, 3:], mixed[turning:] @ free[:, :3]
+    told = (("translation along", shifts), ("rotation about an axis along", turns))
+    return " and ".join(f"{what} {_directions(vectors)}" for what, vectors in told if len(vectors))
+
+
+def _directions(vectors):
+    """The directions that some independent vectors span, by axes where they are axes."""
+    _, _, unit = np.linalg.svd(vectors, full_matrices=False)
+    axes = np.flatnonzero(np.linalg.norm(unit, axis=0) > 1.0 - HELD)
+    if len(axes) == len(unit):
+        return ", ".join("xyz"[axis] for axis in axes)
+    rounded = np.round(unit, 3) + 0.0
+    return ", ".join(f"({', '.join(f'{c:g}' for c in vector)})" for vector in rounded)
 
 
 def _held_motions(model, fixed, nodes):

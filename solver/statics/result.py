@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..results.frame import table
 from ..results.layout import STATICS
 from ..results.reading import read
 from ..results.recorder import Recorder
@@ -45,6 +46,13 @@ class StaticResult:
     def __repr__(self):
         return (f"<StaticResult: {len(self.factors)} equilibria to factor "
                 f"{self.factors[-1]:.6g}, {self.displacement.shape[1]} nodes>")
+
+    def frame(self):
+        """The rows as a ``pandas.DataFrame``, with the resultant of the reactions; displacements,
+        normals and reactions of the nodes are left out."""
+        return table({"factor": self.factors, "strain_energy": self.strain_energy,
+                      "reaction": self.reactions.sum(axis=1), "iterations": self.iterations,
+                      "steps": self.steps})
 
 
 class Rows:

@@ -7,9 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import warn
 from ..kernels import couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from ..names import listed
 from .state import State
 
 
@@ -146,6 +148,23 @@ class Applied(NamedTuple):
 def items(model):
     """Items of the loads of a model, those that act on any cell."""
     return [item for item in (FollowerPressure(model), NormalCouples(model)) if len(item.cells)]
+
+
+def check_acting(model):
+    """Warn of loads none of which does anything, all going into supports; where others act, some of
+    a line or a surface may."""
+    fixed = model.fixed
+    idle = [_held(load, fixed) for load in model.loads]
+    if idle and all(idle):
+        warn(f"no load does anything: the supports take all of load{'s' * (len(idle) > 1)} "
+             f"{listed(range(len(idle)))}, whose nodes are held in these directions", UserWarning)
+
+
+def _held(load, fixed):
+    """Whether a load acts on components only that supports fix, (n_nodes, 6)."""
+    if isinstance(load, NodalLoad):
+        return any(load.force) and not np.any(np.array(load.force)[~fixed[load.node, :3]])
+    return isinstance(load, NodalMoment) and any(load.moment) and fixed[load.node].all()
 
 
 def at_time(time):

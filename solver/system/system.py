@@ -17,7 +17,7 @@ from ..runtime import compiling  # noqa: F401 (it listens)
 from .coordinates import Charts
 from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
-from .loads import Applied, DeadLoads, Iterate, at_time, items
+from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
 from .numbering import number_dofs
 from .state import blank_place
 
@@ -73,9 +73,13 @@ class System:
     def initial_state(self):
         """State at t = 0: the initial configuration and velocities, U_ddot from Eq. (55).
 
+        Warns:
+            UserWarning: no load does anything.
+
         Raises:
             InputError: a supported component has an initial velocity.
         """
+        check_acting(self.model)
         state = self.coordinates.initial_state(self.model)
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))

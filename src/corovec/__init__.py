@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
-    from .solver.dynamics.result import Drift, Result, data_frame, drift, total_energy
+    from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
     from .solver.dynamics.simulation import simulate
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         surface_load,
     )
     from .solver.model.model import Model, rigid_velocity
+    from .solver.results.frame import data_frame
     from .solver.results.reading import read
     from .solver.statics.arc_length import arc_length
     from .solver.statics.linear import solve_linear
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.result": ("Drift", "Result", "data_frame", "drift", "total_energy"),
+    "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
@@ -56,6 +57,7 @@ _WHERE = {
     "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
                     "line_moment", "surface_load"),
     "model.model": ("Model", "rigid_velocity"),
+    "results.frame": ("data_frame",),
     "results.reading": ("read",),
     "statics.arc_length": ("arc_length",),
     "statics.linear": ("solve_linear",),
