@@ -5,10 +5,9 @@ import pickle
 import pytest
 from matplotlib.figure import Figure
 
-from corovec import InputError, ResultFileError, read, simulate
+from corovec import InputError, ResultFileError, Settings, read, simulate
 from corovec.solver.names import listed, mathtext, printable
 from corovec.verification.models import rectangle
-from corovec.verification.test_junk import RUN
 
 NAMES = ("a\nb", "\x1b[31mred", "$x{", "$a$ $", "b\udcff", "_under", "<b>&", "a\\$b", "\u202egnp")
 
@@ -39,7 +38,7 @@ def test_errors_are_one_line_whatever_a_file_is_called(tmp_path, name):
 @pytest.mark.parametrize("case", ["a\nb", "", "\x1b[31m", "x" * 201])
 def test_a_case_has_a_name_that_can_be_shown(case):
     with pytest.raises(InputError, match="case must be one line of 1 to 200 printable characters"):
-        simulate(rectangle(1.0, 1.0, (1, 1)), RUN, case=case)
+        simulate(rectangle(1.0, 1.0, (1, 1)), Settings(dt=0.1, end_time=0.2), case=case)
 
 
 def test_long_lists_are_short():
