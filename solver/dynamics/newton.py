@@ -155,9 +155,9 @@ class Iteration:
                 made = k
             correction, work = self._correct()
             record.iterations += 1
-            if k == 1 and not at_rest and np.any(delta):
-                if work > REST * system.inner_kinetic(observed) + floor:
-                    raise RatesMislead(f"the rates take {work:.3g} J to undo")
+            if (k == 1 and not at_rest and work > REST * system.inner_kinetic(observed) + floor
+                    and np.any(delta)):
+                raise RatesMislead(f"the rates take {work:.3g} J to undo")
             if first == 0.0:
                 first = work
             elif k == 1:  # the start at rest was a prediction
