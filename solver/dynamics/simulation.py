@@ -182,4 +182,5 @@ def _check_impulses(model, settings):
         if abs(sampled - exact) > LOST_IMPULSE * max(abs(exact), 1e-3 * largest):
             raise InputError(f"load {k}: dt {settings.dt:g} s is too long for its time function; "
                              f"the steps see {sampled:.4g} s of its integral {exact:.4g} s up to "
-                             f"t = {end:g} s")
+                             f"t = {end:g} s; the shortest time between its points is "
+                             f"{min(np.diff(load.history.times), default=end):.4g} s")
