@@ -20,8 +20,7 @@ from corovec import (
 from corovec.solver.dynamics.balance import PESSIMISM
 from corovec.solver.system.rounding import FEW, NONE, judge
 from corovec.verification.models import rectangle
-
-CLAMPED = ("x", "y", "z", "px", "py", "pz")
+from corovec.verification.shells import CLAMPED
 
 
 def film(slenderness, tilt=0.0):

@@ -29,8 +29,7 @@ from corovec.solver.model.mesh import block, join, node_at
 from corovec.solver.system.system import System
 from corovec.verification.helpers import assemble, central_differences, full_matrix, make_system
 from corovec.verification.models import rectangle, warped_patch
-
-CLAMPED = ("x", "y", "z", "px", "py", "pz")
+from corovec.verification.shells import CLAMPED
 
 
 def cantilever(length, n, loads, **options):

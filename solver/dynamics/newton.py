@@ -120,10 +120,9 @@ class Iteration:
         """The increment of a step.
 
         It starts from dt U_dot or, ``at_rest``, from no more than dt times the mean velocity of a
-        free shell.  Membrane vibrations far
-        faster than the step are never damped; their rates say nothing of what comes, but undoing
-        dt times them may take many times the energy of the motion, and then it is by that work that
-        Eq. (67) would measure when to end.
+        free shell.  Membrane vibrations far faster than the step are never damped; their rates say
+        nothing of what comes, but undoing dt times them may take many times the energy of the
+        motion, and then it is by that work that Eq. (67) would measure when to end.
 
         Args:
             problem: ``Problem``.

@@ -295,7 +295,7 @@ class ModelFile(_Strict):
 
     @model_validator(mode="after")
     def _consistent(self):
-        problems = [*self._of_meshes(), *self._of_loads(), *self._of_places()]
+        problems = [*self._of_meshes(), *self._of_loads()] or [*self._of_places()]
         if problems:
             raise ValueError("; ".join(problems))
         try:
@@ -336,9 +336,7 @@ class ModelFile(_Strict):
             yield "calibration: no history has a peak that is calibrated"
 
     def _of_places(self):
-        """What is wrong with the places of loads and points on the mesh."""
-        if [*self._of_meshes(), *self._of_loads()]:
-            return
+        """What is wrong with the places of loads and points on a mesh that is right."""
         nodes, quads, _ = self.mesh(self.sizes[0])
         for k, load in enumerate(self.loads):
             try:

@@ -59,12 +59,10 @@ def solve_linear(model: Model, solver="skyline"):
 def _refine(equilibrium, solution):
     """Iterative refinement, ``U += K^-1 (F - T^T f(T U))``, while it gains."""
     system, lost = equilibrium.system, [np.inf]
-    lengths = np.full(len(solution), system.model.size)
-    lengths[system.translations] = 1.0
-    size = np.abs(lengths * solution).max()
+    size = np.abs(system.lengths * solution).max()
     while len(lost) <= MOST_REFINEMENTS and size > 0.0:
         correction = system.solver.solve(_residual(equilibrium, solution))
-        lost.append(np.abs(lengths * correction).max() / size)
+        lost.append(np.abs(system.lengths * correction).max() / size)
         if not lost[-1] < LEAST_GAIN * lost[-2]:
             break
         solution += correction

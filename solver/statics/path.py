@@ -86,7 +86,4 @@ class Path:
 
     def _sum(self, forces):
         """Sum of the magnitudes of generalized forces, moments by the size of the shell [N]."""
-        system = self.equilibrium.system
-        lengths = np.full(len(forces), system.model.size)
-        lengths[system.translations] = 1.0
-        return float(np.abs(forces / lengths).sum())
+        return float(np.abs(forces / self.equilibrium.system.lengths).sum())

@@ -33,13 +33,10 @@ class DeadLoads:
     """Nodal forces and moments about fixed axes, by their functions of time."""
 
     def __init__(self, model, numbering):
-        self._forces, self._moments = {}, {}
+        self._forces, self._moments = {}, _moments(model)
         self._shapes = numbering.n_dof, (len(model.nodes), 3)
         for load in model.loads:
-            if isinstance(load, NodalMoment):
-                pattern = self._moments.setdefault(load.history, np.zeros(self._shapes[1]))
-                pattern[load.node] += load.moment
-            elif isinstance(load, NodalLoad):
+            if isinstance(load, NodalLoad):
                 pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
                 first = numbering.start[load.node]
                 pattern[first:first + 3] += load.force
@@ -101,15 +98,11 @@ class NormalCouples:
     """
 
     def __init__(self, model):
-        turning = (np.diff(model.directors.first) == 1) & ~model.fixed.all(axis=1)
-        patterns = {}
-        for load in model.loads:
-            if isinstance(load, NodalMoment) and turning[load.node]:
-                pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
-                pattern[load.node] += load.moment
+        patterns = _moments(model)
         loaded = np.zeros(len(model.nodes), dtype=bool)
         for pattern in patterns.values():
             loaded |= np.any(pattern != 0.0, axis=1)
+        loaded &= (np.diff(model.directors.first) == 1) & ~model.fixed.all(axis=1)
         elements, corners = np.nonzero(loaded[model.quads])
         around = corners[:, None] + np.arange(4)
         self.cells = np.ascontiguousarray(model.quads[elements[:, None], around % 4])
@@ -153,11 +146,10 @@ def items(model):
 def check_acting(model):
     """Warn of loads none of which does anything, all going into supports; where others act, some of
     a line or a surface may."""
-    fixed = model.fixed
-    idle = [_held(load, fixed) for load in model.loads]
-    if idle and all(idle):
-        warn(f"no load does anything: the supports take all of load{'s' * (len(idle) > 1)} "
-             f"{listed(range(len(idle)))}, whose nodes are held in these directions", UserWarning)
+    fixed, n = model.fixed, len(model.loads)
+    if n and all(_held(load, fixed) for load in model.loads):
+        warn(f"no load does anything: the supports take all of load{'s' * (n > 1)} "
+             f"{listed(range(n))}, whose nodes are held in these directions", UserWarning)
 
 
 def _held(load, fixed):
@@ -176,6 +168,16 @@ def at_factor(factor):
     """The same for a static load factor: a constant load is multiplied by it, any other taken at
     it."""
     return lambda history: factor if history == CONSTANT else history(factor)
+
+
+def _moments(model):
+    """``{history: (n_nodes, 3)}``, the nodal moments of a model [N m]."""
+    patterns = {}
+    for load in model.loads:
+        if isinstance(load, NodalMoment):
+            pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
+            pattern[load.node] += load.moment
+    return patterns
 
 
 def _total(patterns, value, shape):

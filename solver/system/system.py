@@ -19,9 +19,10 @@ from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
 from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
 from .numbering import number_dofs
+from .rounding import EPS
 from .state import blank_place
 
-ROUNDOFF = 4.0 * np.finfo(float).eps
+ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
 
 
@@ -39,6 +40,8 @@ class System:
         all_dead: whether all loads are forces of constant direction.
         translations: (n_nodes, 3) dofs of the displacements.
         nodal_mass: (n_nodes,) lumped masses [kg].
+        lengths: (n_dof,) 1 of a displacement, the shell's size [m] of a rotational variable: their
+            products are of one unit.
         factorizations: how many there have been, by which a kept one is known.
     """
 
@@ -63,6 +66,8 @@ class System:
         self.nodal_mass = np.zeros(len(model.nodes))
         np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
         self._mass = float(self.nodal_mass.sum())
+        self.lengths = np.full(self.numbering.n_dof, model.size)
+        self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
         self._work = nodal_work(len(model.nodes), len(model.normals))
@@ -202,7 +207,7 @@ class System:
             return observed.kinetic
         momentum = observed.linear_momentum
         inner = observed.kinetic - 0.5 * float(momentum @ momentum) / self._mass
-        return max(inner, np.finfo(float).eps * observed.kinetic)
+        return max(inner, EPS * observed.kinetic)
 
     def roundoff_work(self, kinetic):
         """Work of a residual that is rounding error alone: (4 eps)^2 (sum E h A + 2 T), T the
