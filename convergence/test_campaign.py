@@ -19,6 +19,7 @@ from corovec import InputError, ResultFileError, Settings, read, simulate
 from corovec.benchmarks import load_case
 from corovec.convergence import Campaign, Run, processes, run_many, store
 from corovec.solver.runtime.execution import Workers, complete
+from corovec.verification.helpers import read_killed
 
 HERE = Workers(lambda: ThreadPoolExecutor(1), 2)
 
@@ -204,7 +205,7 @@ def test_killed_campaign_leaves_no_process_and_resumes(tmp_path):
 
 def steps_in(path):
     try:
-        return read(path)["step"]
+        return read_killed(path)["step"]
     except ResultFileError:
         return -1  # not there yet, or being written at this instant
 

@@ -4,9 +4,11 @@ import subprocess
 import sys
 from itertools import product
 from pathlib import Path
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
+from corovec import ResultFileWarning, read
 from corovec.solver.kernels.arguments import STATIC
 from corovec.solver.system.linear import SuperLU
 from corovec.solver.system.system import System
@@ -89,6 +91,14 @@ def central_differences(function, at, step):
 def relative(ours, reference):
     """Largest difference of two arrays over the largest entry of the reference."""
     return np.abs(ours - reference).max() / np.abs(reference).max()
+
+
+def read_killed(path):
+    """``read`` of the file of a killed run: a kill between a frame and its checkpoint leaves the
+    checkpoint before, with a warning."""
+    with catch_warnings():
+        simplefilter("ignore", ResultFileWarning)
+        return read(path)
 
 
 def corovec(*arguments, **options):

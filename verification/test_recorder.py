@@ -33,7 +33,7 @@ from corovec.benchmarks import load_case
 from corovec.solver.results import recorder
 from corovec.solver.statics import arc_length as statics
 from corovec.verification.fuzz.kills import assert_same_bits
-from corovec.verification.helpers import COMMAND, corovec
+from corovec.verification.helpers import COMMAND, corovec, read_killed
 from corovec.verification.models import cross_code_plate
 from corovec.verification.shells import roof, strip
 
@@ -72,15 +72,15 @@ def kill(command, path, target):
     deadline = time.monotonic() + 300.0
     while time.monotonic() < deadline and process.poll() is None:
         try:
-            if read(path)["step"] >= target:
+            if read_killed(path)["step"] >= target:
                 break
-        except (ResultFileError, ResultFileWarning):
+        except ResultFileError:
             pass  # not there yet, or being written at this instant
         time.sleep(0.005)
     assert process.poll() is None, "the run ended before it could be killed"
     process.send_signal(signal.SIGKILL)
     process.wait()
-    contents = read(path)
+    contents = read_killed(path)
     assert target <= contents["step"] == len(contents["history"]) - 1
     assert np.all(np.isfinite(contents["displacement"]))
     return contents
