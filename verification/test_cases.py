@@ -50,8 +50,10 @@ def test_every_parameter_has_a_provenance(name):
 
 
 def test_what_printed_energies_chose_is_selected():
-    """The L-plate's outline and peak, by a search; the hemisphere's load, a round number kept."""
-    for name, chosen in (("l-plate", {"geometry", "f(t)"}), ("hemisphere", {"peak of f(t)"})):
+    """The L-plate's outline and peak, by a search; the hemisphere's load, a round number kept; the
+    plates' size and layout, and which of their edges are loaded."""
+    for name, chosen in (("l-plate", {"geometry", "f(t)"}), ("hemisphere", {"peak of f(t)"}),
+                         ("plates", {"geometry", *(f"P{k} acts along" for k in range(1, 5))})):
         rows = load_case(name).provenance()
         assert {row[0] for row in rows if row[3] == "selected"} == chosen
 
@@ -76,14 +78,14 @@ def test_resultant_of_line_loads_on_the_ruler(elements):
 
 
 def test_resultant_of_line_loads_on_the_plates():
-    """Printed vectors times the lengths 1.5, 1.5, 1.5, 2 m and the printed peak 0.25."""
+    """Printed vectors times the lengths 3, 3, 3, 4 m and the printed peak 0.25."""
     vectors = np.array([(2, 0, 2), (-2, -4, -2), (10, 6, -1), (-1, 1, 1)])
-    expected = 0.25 * np.array([1.5, 1.5, 1.5, 2.0]) @ vectors
+    expected = 0.25 * np.array([3.0, 3.0, 3.0, 4.0]) @ vectors
     np.testing.assert_allclose(resultant("plates", 1728)[0], expected, rtol=1e-12)
 
 
-def test_plates_cross():
-    """Two junction lines of 7 nodes along Y on which four elements meet at every edge.
+def test_two_plates_stand_on_one():
+    """Two junction lines of 7 nodes along Y on which three elements meet at every edge.
 
     Every plate has its own normal at each of its nodes: as many as the plates have nodes apart.
     """
@@ -91,12 +93,12 @@ def test_plates_cross():
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     sides, uses = np.unique(edges, axis=0, return_counts=True)
     junction = np.unique(sides[uses > 2])
-    assert set(uses) == {1, 2, 4} and len(junction) == 14
-    np.testing.assert_array_equal(np.unique(nodes[junction, 0]), (1.75, 5.25))
+    assert set(uses) == {1, 2, 3} and len(junction) == 14
+    np.testing.assert_array_equal(np.unique(nodes[junction, 0]), (3.5, 10.5))
     np.testing.assert_array_equal(nodes[junction, 2], 0.0)
     assert len(load_case("plates").model(432).normals) == 29 * 7 + 21 * 7 + 19 * 9
     sizes = nodes[sides[:, 1]] - nodes[sides[:, 0]]
-    np.testing.assert_allclose(np.linalg.norm(sizes, axis=1), 0.25, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(sizes, axis=1), 0.5, rtol=1e-12)
 
 
 def test_hemisphere_is_closed_and_its_normals_are_exact():
