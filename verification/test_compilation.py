@@ -1,6 +1,7 @@
 """Kernels are compiled once, by two processes, and whatever becomes of the second one."""
 
 import os
+import pickle
 import select
 import shutil
 import signal
@@ -12,9 +13,10 @@ import pytest
 from numba import types
 from numba.core.registry import CPUDispatcher as Dispatcher
 
-from corovec import warm_up
+from corovec import Settings, simulate, warm_up
 from corovec.solver import compilation, kernels
 from corovec.solver.kernels import assembly, nodes, observation, transport, updates
+from corovec.verification.models import rectangle, spinning
 
 
 def test_the_second_process_compiles_the_kernel_that_assembles():
@@ -71,6 +73,15 @@ def test_a_second_process_ends_with_the_first(tmp_path):
         assert left and not any(path.exists() for path in left)
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
+
+
+def test_models_of_other_processes_need_the_same_kernels():
+    """Seen: studies and ``run_many`` compiled all of them a second time, for writable arrays."""
+    warm_up()
+    compiled = len(assembly.step_system.signatures)
+    plate = pickle.loads(pickle.dumps(spinning(rectangle(2.0, 1.0, (2, 1)), (0.0, 0.0, 1.0))))
+    simulate(plate, Settings(dt=0.01, end_time=0.02))
+    assert len(assembly.step_system.signatures) == compiled
 
 
 def test_compiled_kernels_need_no_second_process(monkeypatch):

@@ -1,5 +1,7 @@
 """Wrong input: one clear line that names the thing and its place, and nothing happens."""
 
+import copy
+import pickle
 import re
 from dataclasses import fields
 
@@ -313,8 +315,11 @@ def test_bad_junctions(make, message):
         make()
 
 
-def test_models_cannot_be_changed_behind_their_back():
-    plate = model()
+@pytest.mark.parametrize("copied", [lambda plate: plate, copy.deepcopy,
+                                    lambda plate: pickle.loads(pickle.dumps(plate))])
+def test_models_cannot_be_changed_behind_their_back(copied):
+    """Nor can those that came to another process, for which kernels would be compiled anew."""
+    plate = copied(model())
     for name in ("nodes", "quads", "thickness", "normals", "velocity"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(plate, name)[0] = 1

@@ -99,6 +99,14 @@ class Model:
         self._check_supports()
         self._check_normal_velocity()
 
+    def __setstate__(self, state):
+        """Arrays come writable out of a pickle: read-only again, which is also the type for which
+        the kernels are compiled."""
+        vars(self).update(state)
+        for array in state.values():
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+
     def _find_directors(self):
         """Directors by Eqs. (13), (14), or with the normals given, checked."""
         fold_angle = number("fold_angle", self.fold_angle, "degrees")
