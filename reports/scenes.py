@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 from corovec.solver.checks import numbers, shown
 from corovec.solver.errors import InputError
 from corovec.solver.input.schema import ModelFile
-from corovec.solver.model.loads import NodalLoad, TimeFunction
+from corovec.solver.model.histories import TimeFunction
+from corovec.solver.model.loads import NodalLoad
 from corovec.solver.model.mesh import element_edges
 from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked

@@ -20,7 +20,8 @@ from .dynamics.scheme import Scheme
 from .dynamics.settings import Settings
 from .dynamics.simulation import simulate
 from .kernels import assembly, updates
-from .model.loads import NodalLoad, TimeFunction
+from .model.histories import TimeFunction
+from .model.loads import NodalLoad
 from .model.model import Model
 from .runtime.compiling import announce
 from .runtime.process import child_environment

@@ -140,7 +140,7 @@ def test_bad_properties(options, message):
     (lambda: NodalLoad(1.0, (0, 0, 1)), r"load: node must be an integer, is 1.0"),
     (lambda: NodalLoad("a", (0, 0, 1)), r"load: node must be an integer, is 'a'"),
     (lambda: NodalLoad(True, (0, 0, 1)), r"load: node must be an integer, is True"),
-    (lambda: NodalLoad(0, (0, 0, 1), 5.0), r"history must be a TimeFunction, is 5.0"),
+    (lambda: NodalLoad(0, (0, 0, 1), 5.0), r"history must be a TimeFunction, Steps, .* is 5.0"),
     (lambda: NodalMoment(0, (0, 0)), r"load at node 0: moment must be three numbers \[N m\]"),
     (lambda: Pressure(np.inf), r"pressure must be finite"),
     (lambda: Pressure(1.0, ()), r"pressure: elements must not be empty"),
@@ -329,7 +329,7 @@ def test_pulse_that_the_steps_miss():
     """A pulse of 0.4 ms between two samples of dt = 1 ms would be lost; the message says so."""
     pulse = TimeFunction((0.0, 2e-4, 4e-4), (0.0, 100.0, 0.0))
     hit = model(loads=[NodalLoad(0, (0, 0, 200.0), pulse)])
-    with pytest.raises(InputError, match="load 0: dt 0.001 s is too long for its time function; .* "
+    with pytest.raises(InputError, match="load 0: dt 0.001 s is too long for its time function: .* "
                        "shortest time between its points is 0.0002 s"):
         simulate(hit, Settings(dt=1e-3, end_time=1e-2))
     simulate(hit, Settings(dt=2e-5, end_time=1e-3))

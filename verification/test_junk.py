@@ -74,10 +74,11 @@ FITS = {
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported")),
     *((name, kind) for kind in ("float", "negative")
-      for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor")),
+      for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor", "amplitude",
+                   "phase", "mean")),
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
-        "end_time", "length", "radius", "end")),
+        "end_time", "length", "radius", "end", "frequency")),
     ("node", "negative"),  # only a mesh knows its nodes
 }
 """Parameters to which something of the table is no junk."""

@@ -21,7 +21,8 @@ from pydantic import (
 from ..checks import count, number, positive, text
 from ..dynamics.settings import Settings
 from ..errors import InputError
-from ..model.loads import NodalLoad, TimeFunction, line_load
+from ..model.histories import TimeFunction
+from ..model.loads import NodalLoad, line_load
 from ..model.mesh import MOST_ELEMENTS, block, corners_of, join, line_nodes, node_at, sphere_segment
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory

@@ -1,11 +1,10 @@
-"""What acts on a shell: functions of time, nodal loads, pressure, supports; line and surface loads.
+"""What acts on a shell: nodal loads, pressure, gravity, supports; line and surface loads.
 
 Everything is plain data (ints, floats, tuples), checked when made; what depends on a mesh is
 checked by ``Model``.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -14,66 +13,19 @@ from ..checks import (
     distinct,
     existing,
     floats,
-    instance,
     integer,
     integers,
     number,
-    numbers,
     shown,
     vector,
 )
 from ..errors import InputError
 from .constants import GAUSS, area_factors, shape_functions
+from .histories import CONSTANT, FunctionOfTime
 from .mesh import check_connectivity, few_enough, node_numbers, not_joined, passed
 
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
 """What a support can fix: displacement components, and components of the normal."""
-
-
-@dataclass(frozen=True)
-class TimeFunction:
-    """Piecewise linear f(t) through the points (times, values); constant beyond both ends."""
-
-    times: tuple
-    values: tuple
-
-    def __post_init__(self):
-        for name in ("times", "values"):
-            items = numbers(f"time function: {name}", getattr(self, name))
-            object.__setattr__(self, name, items)
-        if len(self.times) != len(self.values) or not self.times:
-            raise InputError(f"time function: {len(self.times)} times but {len(self.values)} "
-                             "values")
-        if np.any(np.diff(self.times) <= 0.0):
-            raise InputError(f"time function: times {shown(self.times)} must increase")
-
-    def __call__(self, time):
-        """f at a time [s]."""
-        if time >= self.times[-1]:
-            return self.values[-1]
-        return float(np.interp(time, *self._points))
-
-    @cached_property
-    def _points(self):
-        return np.array(self.times), np.array(self.values)
-
-    @property
-    def end(self):
-        """Time from which the function is zero for good; infinity if it never is."""
-        acting = np.flatnonzero(self.values)
-        if not len(acting):
-            return 0.0
-        last = int(acting[-1])
-        return self.times[last + 1] if last + 1 < len(self.times) else np.inf
-
-    def integral(self, end):
-        """Exact integral of f from 0 to ``end``: the impulse per unit of force."""
-        inside = [t for t in self.times if 0.0 < t < end]
-        points = np.array([0.0, *inside, end])
-        return float(np.trapezoid(np.interp(points, self.times, self.values), points))
-
-
-CONSTANT = TimeFunction((0.0,), (1.0,))
 
 
 @dataclass(frozen=True)
@@ -82,7 +34,7 @@ class NodalLoad:
 
     node: int
     force: tuple
-    history: TimeFunction = CONSTANT
+    history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
         _plain(self, node=integer("load: node", self.node), history=_history(self.history))
@@ -100,7 +52,7 @@ class NodalMoment:
 
     node: int
     moment: tuple
-    history: TimeFunction = CONSTANT
+    history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
         _plain(self, node=integer("load: node", self.node), history=_history(self.history))
@@ -116,13 +68,28 @@ class Pressure:
 
     pressure: float
     elements: tuple = None
-    history: TimeFunction = CONSTANT
+    history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
         _plain(self, pressure=number("pressure", self.pressure, "Pa"),
                history=_history(self.history))
         if self.elements is not None:
             _plain(self, elements=distinct("pressure: elements", self.elements))
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Weight: the acceleration ``acceleration * history(t)`` [m/s^2] of everything that has mass.
+
+    Its forces are those of the consistent mass, ``f_i = sum_j m_ij g``: a free shell falls rigidly.
+    """
+
+    acceleration: tuple
+    history: FunctionOfTime = CONSTANT
+
+    def __post_init__(self):
+        _plain(self, history=_history(self.history), acceleration=vector(
+            "gravity: acceleration", self.acceleration, "m/s^2"))
 
 
 @dataclass(frozen=True)
@@ -138,7 +105,7 @@ class Support:
     nodes: tuple
     components: tuple
     displacement: float = 0.0
-    history: TimeFunction = CONSTANT
+    history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
         given = self.components
@@ -164,7 +131,7 @@ def line_load(nodes, line, force, history=CONSTANT, quads=None):
         nodes: (n_nodes, 3) of the mesh [m].
         line: numbers of nodes, one after the other.
         force: per length [N/m].
-        history: ``TimeFunction``.
+        history: ``FunctionOfTime``.
         quads: (n_elem, 4) of the mesh; given, the line must run along its edges.
 
     Raises:
@@ -209,7 +176,10 @@ def _plain(item, **values):
 
 
 def _history(history):
-    return instance("history", history, TimeFunction)
+    if not isinstance(history, FunctionOfTime):
+        raise InputError("history must be a TimeFunction, Steps, Harmonic or Expression, is "
+                         f"{shown(history)}")
+    return history
 
 
 def _line_shares(what, nodes, line, quads):

@@ -17,8 +17,10 @@ from ..names import listed
 from ..signatures import Vector, checked
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
-from .loads import COMPONENTS, NodalLoad, NodalMoment, Pressure, Support
+from .loads import COMPONENTS, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
+
+LOADS = (NodalLoad, NodalMoment, Pressure, Gravity)
 
 STEEPEST_COMPONENT = 0.75
 """Largest square of a single normal component that a support may hold: beyond, what is left of the
@@ -36,7 +38,7 @@ class Model:
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
-        loads: ``NodalLoad`` s, ``NodalMoment`` s and ``Pressure`` s; see
+        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s and ``Gravity``; see
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s; none for a free-flying shell.
         normals: (n_directors, 3) initial unit normals; left out, the mean of the element normals
@@ -93,7 +95,7 @@ class Model:
             _set(self, **{name: values})
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
-        _set(self, loads=_items("loads", self.loads, (NodalLoad, NodalMoment, Pressure)),
+        _set(self, loads=_items("loads", self.loads, LOADS),
              supports=_items("supports", self.supports, (Support,)))
         self._check_loads()
         self._check_supports()
@@ -162,6 +164,13 @@ class Model:
         return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
 
     @property
+    def nodal_mass(self):
+        """(n_nodes,) lumped masses [kg]: the sums of the rows of the consistent mass."""
+        mass = np.zeros(len(self.nodes))
+        np.add.at(mass, self.quads, self.elements.mass.sum(axis=2))
+        return mass
+
+    @property
     def fixed(self):
         """(n_nodes, 6) True where a support fixes a component of ``COMPONENTS``."""
         mask = np.zeros((len(self.nodes), 6), dtype=bool)
@@ -194,7 +203,7 @@ class Model:
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
-            else:
+            elif not isinstance(load, Gravity):
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):

@@ -6,7 +6,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError, StepError
-from ..model.loads import CONSTANT
+from ..model.histories import CONSTANT
 from ..model.model import Model
 from ..results.files import output_path
 from ..signatures import Count, File, Positive, checked

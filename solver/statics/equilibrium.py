@@ -13,7 +13,7 @@ import numpy as np
 from ..checks import instance
 from ..kernels import updates
 from ..kernels.arguments import STATIC
-from ..model.loads import CONSTANT
+from ..model.histories import CONSTANT
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor

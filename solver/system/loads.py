@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import warn
 from ..kernels import couples, pressure
 from ..kernels.arguments import Factors, Loads
-from ..model.loads import CONSTANT, NodalLoad, NodalMoment, Pressure
+from ..model.histories import CONSTANT
+from ..model.loads import Gravity, NodalLoad, NodalMoment, Pressure
 from ..names import listed
 from .state import State
 
@@ -30,7 +31,7 @@ class Iterate(NamedTuple):
 
 
 class DeadLoads:
-    """Nodal forces and moments about fixed axes, by their functions of time."""
+    """Nodal forces, weight, and moments about fixed axes, by their functions of time."""
 
     def __init__(self, model, numbering):
         self._forces, self._moments = {}, _moments(model)
@@ -40,6 +41,9 @@ class DeadLoads:
                 pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
                 first = numbering.start[load.node]
                 pattern[first:first + 3] += load.force
+            elif isinstance(load, Gravity):
+                pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
+                pattern[numbering.translations] += np.outer(model.nodal_mass, load.acceleration)
 
     def at(self, value):
         """``arguments.Loads`` with ``value(history)`` for each function of time."""

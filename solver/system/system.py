@@ -63,8 +63,7 @@ class System:
             self.solver = make_solver(solver, self.numbering)
         self.factorizations = 0
         self.translations = self.numbering.translations
-        self.nodal_mass = np.zeros(len(model.nodes))
-        np.add.at(self.nodal_mass, model.quads, self.elements.mass.sum(axis=2))
+        self.nodal_mass = model.nodal_mass
         self._mass = float(self.nodal_mass.sum())
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0

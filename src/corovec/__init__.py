@@ -26,12 +26,19 @@ if TYPE_CHECKING:
         StepError,
     )
     from .solver.model.directors import orient
+    from .solver.model.histories import (
+        Expression,
+        Harmonic,
+        Steps,
+        TimeFunction,
+        read_time_function,
+    )
     from .solver.model.loads import (
+        Gravity,
         NodalLoad,
         NodalMoment,
         Pressure,
         Support,
-        TimeFunction,
         line_load,
         line_moment,
         surface_load,
@@ -54,7 +61,8 @@ _WHERE = {
     "errors": ("AccuracyWarning", "InputError", "ResultFileError", "ResultFileWarning",
                "StepError"),
     "model.directors": ("orient",),
-    "model.loads": ("NodalLoad", "NodalMoment", "Pressure", "Support", "TimeFunction", "line_load",
+    "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
+    "model.loads": ("Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support", "line_load",
                     "line_moment", "surface_load"),
     "model.model": ("Model", "rigid_velocity"),
     "results.frame": ("data_frame",),
@@ -68,11 +76,12 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Drift", "InputError", "Model", "Newton", "NodalLoad", "NodalMoment",
-    "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Settings",
-    "StaticResult", "StaticSettings", "StepError", "Support", "TimeFunction", "arc_length",
-    "data_frame", "drift", "line_load", "line_moment", "load_control", "orient", "read",
-    "rigid_velocity", "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Drift", "Expression", "Gravity", "Harmonic", "InputError", "Model",
+    "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError",
+    "ResultFileWarning", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
+    "Steps", "Support", "TimeFunction", "arc_length", "data_frame", "drift", "line_load",
+    "line_moment", "load_control", "orient", "read", "read_time_function", "rigid_velocity",
+    "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

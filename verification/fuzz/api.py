@@ -4,6 +4,7 @@ import numpy as np
 
 import corovec
 from corovec import (
+    Gravity,
     InputError,
     Model,
     Newton,
@@ -22,6 +23,7 @@ from corovec import (
 )
 from corovec.benchmarks import load_case
 from corovec.solver.model import mesh
+from corovec.solver.model.histories import FunctionOfTime
 from corovec.verification.models import MATERIAL, rectangle
 
 from .campaign import Fault, Target
@@ -40,7 +42,8 @@ UP = (0.0, 0.0, 1e-3)
 
 def table(folder):
     """``{function: its good arguments}`` of what this suite may import; a dict of keywords each."""
-    path = folder / "run.h5"
+    path, csv = folder / "run.h5", folder / "table.csv"
+    csv.write_text("t,f\n0,0\n1,1\n")
     history = simulate(PLATE, RUN, output=path).history
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
@@ -61,7 +64,12 @@ def table(folder):
         Pressure: {"pressure": 1e-3, "elements": [0, 1], "history": PUSH},
         Support: {"nodes": (0, 3), "components": ("x", "y", "z"), "displacement": 1e-3,
                    "history": PUSH},
+        Gravity: {"acceleration": UP, "history": PUSH},
         TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
+        corovec.Steps: {"times": (0.0, 1.0), "values": (1.0, 0.0)},
+        corovec.Harmonic: {"frequency": 0.5, "amplitude": 1.0, "phase": 0.0, "mean": 0.0},
+        corovec.Expression: {"text": "sin(t)"},
+        corovec.read_time_function: {"file": csv, "columns": (0, 1)},
         corovec.line_load: {**line, "force": UP, "quads": None},
         corovec.line_moment: {**line, "moment": UP, "quads": None},
         corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads, "force": UP,
@@ -94,11 +102,11 @@ def used(made):
     """Take what was accepted into a short run."""
     if isinstance(made, Model):
         simulate(made, RUN)
-    elif isinstance(made, NodalLoad | NodalMoment | Pressure):
+    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
     elif isinstance(made, Support):
         solve_linear(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[made]))
-    elif isinstance(made, TimeFunction):
+    elif isinstance(made, FunctionOfTime):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP, made)]), RUN)
     elif isinstance(made, Settings) and made.n_steps < 10:
         simulate(PLATE, made)
