@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from corovec import InputError, ResultFileError, TimeFunction, total_energy
@@ -42,13 +43,55 @@ def test_energies_are_the_history(recordings):
     history = recordings[0].history
     figure, data = energies(history, unloaded_at=1.0)
     drawn = lines(figure.axes[0])
-    for line, column in zip(drawn, ("kinetic_energy", "strain_energy", "total_energy",
-                                    "external_work")):
+    for line, column in zip(drawn, ("total_energy", "external_work", "kinetic_energy",
+                                    "strain_energy")):
         assert np.array_equal(line[:, 0], history["time"])
         assert np.array_equal(line[:, 1], data[column])
     assert np.array_equal(data["kinetic_energy"], history["kinetic_energy"])
     assert np.array_equal(data["total_energy"], total_energy(history))
     assert len(drawn) == 4 and figure.axes[0].get_xlim() == (0.0, history["time"][-1])
+
+
+def greys(lines):
+    """Brightness of curves in a grey print, from 0 to 1."""
+    return [np.dot((0.30, 0.59, 0.11), to_rgb(line.get_color())) for line in lines]
+
+
+def test_curves_that_coincide_are_told_apart_in_grey(recordings):
+    """Each is seen beside the narrower and darker ones upon it."""
+    history = recordings[0].history
+    for lower, upper in (
+            energies(history)[0].axes[0].lines[:2],
+            displacements(recordings, {"S": (10.0, 7.0, 0.0)})[0].axes[0].lines,
+            total_energies(recordings)[0].axes[0].lines,
+            *np.reshape(momenta(history)[0].axes[1].lines, (3, 2))):
+        assert lower.get_linewidth() > upper.get_linewidth() + 1.0
+        assert np.diff(greys([upper, lower])) > 0.2
+
+
+def swinging(history, periods):
+    """A history like ``history`` whose energies swing so often."""
+    long = np.resize(history, 2001)
+    long["time"] = np.linspace(0.0, 1.2, 2001)
+    long["kinetic_energy"] = 1.0 + np.sin(2.0 * np.pi * periods * long["time"] / 1.2)
+    return long
+
+
+def test_last_of_many_swings_are_enlarged(recordings):
+    history = recordings[0].history
+    whole, window = energies(swinging(history, 60))[0].axes
+    assert whole.get_xlim() == (0.0, 1.2) and len(whole.lines) == len(window.lines) == 4
+    assert window.get_xlim() == pytest.approx((1.2 * (1.0 - 6.75 / 60), 1.2), abs=0.01)
+    assert whole.lines[2].get_linewidth() < window.lines[2].get_linewidth()
+    assert len(energies(swinging(history, 30))[0].axes) == 1
+
+    contents = dict(recordings[0].contents, history=swinging(history, 60))
+    contents["frame_steps"] = np.arange(0, 2001, 5)
+    contents["displacement"] = np.sin(100.0 * np.pi * np.linspace(0.0, 1.0, 401))[
+        :, None, None] * np.ones((1, *recordings[0].nodes.shape))
+    figure, data = displacements([Recording("long", contents)], {"O": (0.0, 0.0, 0.0)}, {"O": "xz"})
+    assert [axes.get_xlim()[0] > 1.0 for axes in figure.axes] == [False, True, False, True]
+    assert len(data) == 2 * 401
 
 
 def test_energies_until_an_end(recordings):
@@ -106,9 +149,26 @@ def test_a_point_without_a_node_is_named_with_its_mesh(recordings):
 
 def test_total_energies_of_meshes(recordings):
     figure, data = total_energies(recordings)
-    for line, recording in zip(lines(figure.axes[0]), recordings):
-        assert np.array_equal(line[:, 1], total_energy(recording.history))
+    whole, free = figure.axes
+    for axes in (whole, free):
+        for line, recording in zip(lines(axes), recordings):
+            assert np.array_equal(line[:, 1], total_energy(recording.history))
     assert set(data["elements"]) == {30, 120}
+
+
+def test_energies_after_unloading_fill_a_panel(recordings):
+    """In joules on the left, relative to the finest mesh on the right."""
+    _, free = total_energies(recordings)[0].axes
+    ends = [total_energy(recording.history)[-1] for recording in recordings]
+    assert free.get_xlim() == (1.0, recordings[0].history["time"][-1])
+    assert abs(np.diff(ends)[0]) > 0.6 * np.ptp(free.get_ylim())
+    beside, = free.child_axes
+    beside.figure.draw_without_rendering()
+    assert beside.get_ylim() == pytest.approx(
+        [100.0 * (energy / ends[1] - 1.0) for energy in free.get_ylim()])
+    contents = {**recordings[0].contents}
+    contents["description"] = {**contents["description"], "unloaded_at": np.inf}
+    assert len(total_energies([Recording("loaded", contents)])[0].axes) == 1
 
 
 def test_convergence_line_is_the_regression():
