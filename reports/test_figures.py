@@ -6,10 +6,12 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.text import Text
 
 from corovec import InputError, ResultFileError, TimeFunction, total_energy
 from corovec.benchmarks import load_case
-from corovec.reports import curves
+from corovec.reports import curves, scenes
 from corovec.reports.figures import (
     Curve,
     convergence,
@@ -22,7 +24,7 @@ from corovec.reports.figures import (
     total_energies,
 )
 from corovec.reports.recording import Recording
-from corovec.reports.space import Space, View, bounds
+from corovec.reports.space import Space, View, bounds, hidden
 from corovec.solver.model.loads import NodalLoad
 from corovec.verification.models import cross_code_plate
 
@@ -199,15 +201,44 @@ def test_sequence_is_deformed_and_coloured_by_energy_over_area(recordings):
     assert sorted(values) == pytest.approx(sorted(density.ravel()))
 
 
-def test_sequence_along_the_way_is_one_space(recordings):
-    """Six sizes of travel: later frames over earlier ones, nearer elements over farther ones."""
-    contents = dict(recordings[0].contents)
-    away = np.linspace(0.0, 60.0, 13)[:, None, None] * [1.0, 0.0, 0.0]
+def travelling(recording, metres):
+    """A recording that goes so far along X, in 13 even frames."""
+    contents = dict(recording.contents)
+    away = np.linspace(0.0, metres, 13)[:, None, None] * [1.0, 0.0, 0.0]
     contents["displacement"] = contents["displacement"] + away
-    figure, _ = sequence(Recording("away", contents), (0.0, 0.6, 1.2), view=(30.0, -60.0))
-    assert len(polygons(figure.axes[0]).get_paths()) == 90
-    texts = {text.get_text() for text in figure.axes[0].texts}
-    assert {"0 s", "0.6 s", "1.2 s"} < texts
+    return Recording("away", contents)
+
+
+def test_sequence_along_a_way(recordings):
+    """Each instant has a panel about its centre, and a dot on the way with its time."""
+    recording = travelling(recordings[0], 60.0)
+    figure, data = sequence(recording, (0.0, 0.6, 1.2), view=(30.0, -60.0))
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    assert [axes.get_title() for axes in panels] == ["0 s", "0.6 s", "1.2 s"]
+    corners = data[["x", "y", "z"]].to_numpy().reshape(3, -1, 3)
+    centres = data[["centre_x", "centre_y", "centre_z"]].to_numpy().reshape(3, -1, 3)[:, 0]
+    assert centres == pytest.approx(corners.mean(axis=1))  # of elements of one size
+    view = View(30.0, -60.0)
+    for axes, own, centre in zip(panels, corners, centres):
+        drawn = np.concatenate([path.vertices[:4] for path in polygons(axes).get_paths()])
+        assert np.sort(drawn, axis=0) == pytest.approx(np.sort(view(own - centre), axis=0))
+        assert axes.get_xlim() == panels[0].get_xlim()
+    way, = (axes for axes in figure.axes if {"0 s", "0.6 s", "1.2 s"} < {
+        text.get_text() for text in axes.texts})
+    assert any(np.array_equal(line, view(centres)) for line in lines(way))
+    assert len(polygons(way).get_paths()) == 90
+
+
+def test_shells_along_a_way_stand_clear_of_each_other(recordings):
+    """All 13 instants have panels and dots; 20 m are room for the first, the last and few more."""
+    figure, data = sequence(travelling(recordings[0], 20.0), np.linspace(0.0, 1.2, 13))
+    way = next(axes for axes in figure.axes if "X [m]" in {t.get_text() for t in axes.texts})
+    shells = np.reshape([path.vertices[:4] for path in polygons(way).get_paths()], (-1, 120, 2))
+    assert 2 <= len(shells) <= 3 and len(set(data["time"])) == 13
+    left, right = shells[:, :, 0].min(axis=1), shells[:, :, 0].max(axis=1)
+    order = np.argsort(left)
+    assert np.all(right[order][:-1] < left[order][1:])
+    assert sum(bool(axes.get_title()) for axes in figure.axes) == 13
 
 
 def test_sequence_magnifies(recordings):
@@ -250,6 +281,67 @@ def test_mesh_shows_the_printed_loads():
     assert {"P1", "P2", "P3", "P4", "P5", "P6", "S"} < set(texts)
     assert sum(text.arrow_patch is not None for text in figure.axes[0].texts) == 6
     assert np.array_equal(data.loc[data["item"] == "element", "name"].unique(), np.arange(30))
+
+
+def overlap(one, two):
+    """Common area of two texts as they are printed."""
+    a, b = (text.get_window_extent().get_points() for text in (one, two))
+    return np.prod(np.maximum(np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]), 0.0))
+
+
+@pytest.mark.parametrize("name", ["l-plate", "ruler", "hemisphere", "plates"])
+def test_names_of_loads_are_clear_of_all_other_texts(name):
+    case = load_case(name)
+    figure, _ = mesh_and_loads(case.model(case.defaults.elements), case)
+    figure.draw_without_rendering()
+    texts = [text for text in figure.axes[0].texts if text.get_text()]
+    named = [text for text in texts if text.get_text() in {
+        *case.points, *(load.name for load in case.loads)}]
+    assert len(named) == len(case.points) + len(case.loads)
+    assert not any(overlap(one, other) for one in named for other in texts if other is not one)
+
+
+def test_what_is_behind_the_shell_is_hollow():
+    """Of the hemisphere seen from -Y: B and its load, which are on the far side."""
+    case = load_case("hemisphere")
+    axes = mesh_and_loads(case.model(1024), case, view=(20.0, -70.0))[0].axes[0]
+    a, b = (line for line in axes.lines if line.get_marker() == "o")
+    assert a.get_markerfacecolor() == a.get_color() and b.get_markerfacecolor() == "white"
+    p1, p2, _, p4 = (text.arrow_patch for text in axes.texts if text.arrow_patch)
+    assert p2.get_linestyle() != "solid" == p1.get_linestyle() == p4.get_linestyle()
+
+
+def test_hidden_is_what_elements_lie_before():
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+    points = [(0.5, 0.4, -1.0), (0.5, 0.4, 1.0), (0.5, 0.4, 0.0), (1.5, 0.4, -1.0)]
+    assert hidden(View(90.0, -90.0), points, square).tolist() == [True, False, False, False]
+    assert not hidden(View(0.0, -90.0), points, square).any()  # edge-on it covers nothing
+
+
+def test_arrows_have_a_scale_for_each_unit():
+    """As long on paper as an arrow of that size square to the eye; forces and forces per length
+    apart."""
+    case = load_case("plates")
+    model = case.model(432)
+    loads = scenes._case_loads(model, case)
+    point = loads[0]._replace(unit="N", forces=np.array([[30.0, 0.0, 0.0]]), nodes=[0])
+    scales = scenes._scales(model, [*loads, point])
+    line = max(np.linalg.norm(load.forces, axis=1).max() for load in loads)
+    assert scales == pytest.approx({"N/m": scenes.LONGEST * model.size / line,
+                                    "N": scenes.LONGEST * model.size / 30.0})
+    assert [scenes._round(size) for size in (30.0, 4.9, 0.1, 42313.0)] == pytest.approx(
+        [20.0, 2.0, 0.1, 20000.0])
+    figure, data = mesh_and_loads(model, case)
+    said = [text.get_text() for axes in figure.axes for text in axes.findobj(Text)]
+    assert f"{scenes._round(line):g} N/m" in said and not any(text.endswith(" N") for text in said)
+    assert set(data.loc[data["item"] == "load", "unit"]) == {"N/m"}
+    reference, = (patch for axes in figure.axes[1:] for patch in axes.findobj(FancyArrowPatch))
+    figure.draw_without_rendering()
+    drawn = reference.get_transform().transform([(0.0, 0.0), (scenes._round(line) * scales["N/m"],
+                                                              0.0)])
+    metre = figure.axes[0].transData.transform([(0.0, 0.0), (1.0, 0.0)])
+    assert np.ptp(drawn[:, 0]) == pytest.approx(
+        np.ptp(metre[:, 0]) * scenes._round(line) * scales["N/m"])
 
 
 def test_line_loads_are_even_along_their_line():
