@@ -193,13 +193,16 @@ def momenta(history: Rows, unloaded_at: End = np.inf, end: float = None):
     figure = Figure(figsize=(WIDTH, 0.95 * WIDTH), layout="constrained")
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.7))
     time = data["time"]
-    for k, (colour, dashes) in enumerate(CURVES[:3]):
+    differences = rows[names[2]] - rows[names[1]]
+    often = _last_swings(time, differences.T)
+    for k, ((colour, dashes), width) in enumerate(zip(CURVES, (4.0, 2.0, 1.0))):
         consistent, printed = (rows[name][:, k] for name in names[1:])
-        label = "XYZ"[k]
-        upper.plot(time, rows[names[0]][:, k], color=colour, linestyle=dashes, label=label)
-        middle.plot(time, consistent, color=_light(colour), linewidth=4.5)
-        middle.plot(time, printed, color=colour, linestyle=dashes, linewidth=1.0)
-        lower.plot(time, printed - consistent, color=colour, linestyle=dashes, linewidth=0.9)
+        looks = {"color": colour, "linestyle": dashes}
+        upper.plot(time, rows[names[0]][:, k], label="XYZ"[k], linewidth=width,
+                   color=colour if k else _light(colour), linestyle=dashes)
+        middle.plot(time, consistent, color=_light(colour), linewidth=4.5, zorder=1.9)
+        middle.plot(time, printed, linewidth=1.0, **looks)
+        lower.plot(time, differences[:, k], **_thin({**looks, "linewidth": 0.9}, often))
     for axes, scale in ((upper, "momentum_scale"), (middle, "angular_scale"),
                         (lower, "angular_scale")):
         _over_time(axes, time, unloaded_at)

@@ -69,6 +69,9 @@ def test_curves_that_coincide_are_told_apart_in_grey(recordings):
             *np.reshape(momenta(history)[0].axes[1].lines, (3, 2))):
         assert lower.get_linewidth() > upper.get_linewidth() + 1.0
         assert np.diff(greys([upper, lower])) > 0.2
+    x, y, z = momenta(history)[0].axes[0].lines
+    assert x.get_linewidth() > y.get_linewidth() > z.get_linewidth()
+    assert np.all(np.diff(greys([z, y, x])) > 0.2)
 
 
 def swinging(history, periods):
