@@ -1,10 +1,15 @@
-"""Figures of histories: energies, momenta, displacements over time, convergence."""
+"""Figures of histories: energies, momenta, displacements over time, convergence.
+
+Curves that may coincide lie one upon the other, wide and light below, thin and dark above.
+"""
 
 from itertools import cycle
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
@@ -16,14 +21,20 @@ from corovec.solver.results.frame import Rows
 from corovec.solver.signatures import checked
 
 from .recording import Recording
-from .style import BLACK, BLUE, CURVES, MARKERS, ORANGE, WIDTH, styled
+from .style import BLACK, BLUE, COLOURS, CURVES, MARKERS, VERMILLION, WIDTH, styled
 
 MOST_ROWS = 20_000
 """Rows of a history that are drawn at most: beyond, every n-th one, evenly."""
 
-ENERGIES = (*CURVES[:2], (BLACK, "-"), (ORANGE, (0, (3, 4))))
-"""Colour and line style of kinetic, strain and total energy and of the work, which is the total
-where the shell began at rest and is drawn over it."""
+ENERGIES = {
+    "total_energy": {"color": "0.78", "linewidth": 4.5},
+    "external_work": {"color": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.0},
+    "kinetic_energy": {"color": BLUE},
+    "strain_energy": {"color": VERMILLION, "linestyle": (0, (5, 1.5))}}
+"""How each energy is drawn: the work, which is the total where the shell began at rest, upon it."""
+
+PERIODS, LAST = 40, 6
+"""A curve that swings more often is drawn thin, and below it its last swings at a larger scale."""
 
 ROUNDING = 1e-9
 """Half the least range of a momentum's axis, relative to the momentum's scale: what is smaller is
@@ -77,7 +88,8 @@ Recordings = Annotated[list, _several]
 def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
     """Kinetic, strain and total energy and the work of the loads over time.
 
-    Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.
+    Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.  Of more than
+    ``PERIODS`` swings the last ``LAST`` are drawn again, below and larger.
 
     Args:
         history: of a ``Result`` or ``read``.
@@ -88,9 +100,8 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
         (Figure, DataFrame): columns time, kinetic_energy, strain_energy, total_energy,
         external_work; in statics factor, strain_energy.
     """
-    figure = Figure(figsize=(WIDTH, 0.45 * WIDTH), layout="constrained")
-    axes = figure.add_subplot()
     if "factor" in history.dtype.names:
+        figure, ((axes,),) = _panels(1, None, 0.45 * WIDTH)
         data = pd.DataFrame({name: history[name] for name in ("factor", "strain_energy")})
         axes.plot(data["factor"], data["strain_energy"], color=BLUE, marker="o", markersize=3.0)
         axes.set(xlabel="load factor", ylabel="strain energy [J]")
@@ -100,33 +111,57 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
         "time": rows["time"], "kinetic_energy": rows["kinetic_energy"],
         "strain_energy": rows["strain_energy"], "total_energy": total_energy(rows),
         "external_work": rows["external_work"]})
-    for column, (colour, dashes) in zip(data.columns[1:], ENERGIES):
-        axes.plot(data["time"], data[column], color=colour, linestyle=dashes,
-                  label=column.replace("_", " "))
-    _over_time(axes, data["time"], unloaded_at)
-    axes.set_ylabel("energy [J]")
-    _legend(figure)
+    window = _last_swings(data["time"], [data["kinetic_energy"], data["strain_energy"]])
+    figure, panels = _panels(1, window, 0.45 * WIDTH)
+    for (axes,), swung in zip(panels, (window, None)):
+        for column, looks in ENERGIES.items():
+            axes.plot(data["time"], data[column], label=column.replace("_", " "),
+                      **_thin(looks, swung))
+        _over_time(axes, data["time"], unloaded_at)
+        axes.set_ylabel("energy [J]")
+    _magnify(panels, window)
+    _legend(figure, panels[-1][0])
     return figure, data
 
 
 @checked
 @styled
 def total_energies(recordings: Recordings):
-    """Total energy over time, mesh by mesh (Fig. 3d).
+    """Total energy over time, mesh by mesh (Fig. 3d), and how far the meshes are apart.
+
+    The second panel, of runs that go on after their loads, has the energies from then on, in joules
+    and relative to the finest mesh.
 
     Returns:
         (Figure, DataFrame): columns run, elements, time, total_energy.
     """
+    finest = max(recordings, key=lambda recording: recording.elements)
+    unloaded_at = recordings[0].unloaded_at
+    labels, looks = _labels(recordings), _layers(len(recordings))
+    runs = [_rows(one.history, None) for one in recordings]
+    data = pd.concat([pd.DataFrame({
+        "run": one.name, "elements": one.elements, "time": rows["time"],
+        "total_energy": total_energy(rows)}) for one, rows in zip(recordings, runs)],
+        ignore_index=True)
+    free = data[data["time"] >= unloaded_at]
+    apart = unloaded_at < data["time"].max() and np.ptp(free["total_energy"]) > 0.0
     figure = Figure(figsize=(WIDTH, 0.45 * WIDTH), layout="constrained")
-    axes, tables = figure.add_subplot(), []
-    for recording, label, (colour, dashes) in zip(recordings, _labels(recordings), cycle(CURVES)):
-        rows = _rows(recording.history, None)
-        axes.plot(rows["time"], total_energy(rows), color=colour, linestyle=dashes, label=label)
-        tables.append(pd.DataFrame({"run": recording.name, "elements": recording.elements,
-                                    "time": rows["time"], "total_energy": total_energy(rows)}))
-    data = pd.concat(tables, ignore_index=True)
-    _over_time(axes, data["time"], recordings[0].unloaded_at)
-    axes.set_ylabel("total energy [J]")
+    panels = figure.subplots(1, 1 + apart, squeeze=False)[0]
+    for axes in panels:
+        for rows, label, look in zip(runs, labels, looks):
+            axes.plot(rows["time"], total_energy(rows), label=label, **look)
+        _over_time(axes, data["time"], unloaded_at)
+    panels[0].set_ylabel("total energy [J]")
+    if apart:
+        level = total_energy(finest.history)[-1]
+        low, high = free["total_energy"].min(), free["total_energy"].max()
+        panels[1].set(xlim=(unloaded_at, data["time"].max()), title="after unloading",
+                      ylim=(low - 0.12 * (high - low), high + 0.12 * (high - low)))
+        panels[1].ticklabel_format(axis="y", useOffset=False)
+        beside = panels[1].secondary_yaxis("right", functions=(
+            lambda energy: 100.0 * (energy / level - 1.0), lambda part: level * (1 + part / 100.0)))
+        beside.set_ylabel(f"relative to {labels[recordings.index(finest)]} [%]")
+        beside.spines["right"].set_visible(True)
     _legend(figure)
     return figure, data
 
@@ -158,13 +193,16 @@ def momenta(history: Rows, unloaded_at: End = np.inf, end: float = None):
     figure = Figure(figsize=(WIDTH, 0.95 * WIDTH), layout="constrained")
     upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.7))
     time = data["time"]
-    for k, (colour, dashes) in enumerate(CURVES[:3]):
+    differences = rows[names[2]] - rows[names[1]]
+    often = _last_swings(time, differences.T)
+    for k, ((colour, dashes), width) in enumerate(zip(CURVES, (4.0, 2.0, 1.0))):
         consistent, printed = (rows[name][:, k] for name in names[1:])
-        label = "XYZ"[k]
-        upper.plot(time, rows[names[0]][:, k], color=colour, linestyle=dashes, label=label)
-        middle.plot(time, consistent, color=colour, linestyle=dashes)
-        middle.plot(time, printed, color=colour, linestyle=dashes, linewidth=0.5)
-        lower.plot(time, printed - consistent, color=colour, linestyle=dashes, linewidth=0.9)
+        looks = {"color": colour, "linestyle": dashes}
+        upper.plot(time, rows[names[0]][:, k], label="XYZ"[k], linewidth=width,
+                   color=colour if k else _light(colour), linestyle=dashes)
+        middle.plot(time, consistent, color=_light(colour), linewidth=4.5, zorder=1.9)
+        middle.plot(time, printed, linewidth=1.0, **looks)
+        lower.plot(time, differences[:, k], **_thin({**looks, "linewidth": 0.9}, often))
     for axes, scale in ((upper, "momentum_scale"), (middle, "angular_scale"),
                         (lower, "angular_scale")):
         _over_time(axes, time, unloaded_at)
@@ -174,7 +212,8 @@ def momenta(history: Rows, unloaded_at: End = np.inf, end: float = None):
     upper.set_ylabel("linear momentum\n[kg m/s]")
     middle.set_ylabel("angular momentum\n[kg m²/s]")
     lower.set_ylabel("as printed −\nconsistent [kg m²/s]")
-    middle.set_title("thick: consistent mass, thin: as printed, Eq. (50)", loc="right", size=7.5)
+    middle.set_title("wide, light: consistent mass; thin, dark: as printed, Eq. (50)", loc="right",
+                     size=7.5)
     _legend(figure)
     return figure, data
 
@@ -184,6 +223,8 @@ def momenta(history: Rows, unloaded_at: End = np.inf, end: float = None):
 def displacements(recordings: Recordings, points: Annotated[dict, _points],
                   components: Annotated[dict, _components] = None):
     """Displacements of points over time, run by run (Figs. 4, 12).
+
+    Of more than ``PERIODS`` swings the last ``LAST`` are drawn again, below and larger.
 
     Args:
         recordings: of one shell, on several meshes or of several settings.
@@ -201,26 +242,28 @@ def displacements(recordings: Recordings, points: Annotated[dict, _points],
     if any(recording.static != static for recording in recordings):
         raise InputError("a run and a static path cannot share a figure")
     across = "factor" if static else "time"
-    panels = [(name, c) for name in points for c in (components or {}).get(name, "xyz").lower()]
+    names = [(name, c) for name in points for c in (components or {}).get(name, "xyz").lower()]
     data = pd.concat([pd.DataFrame({
         "run": recording.name, "elements": recording.elements, across: recording.times,
         "point": name, "component": c,
         "displacement": recording.at(points[name])[:, "xyz".index(c)]})
-        for name, c in panels for recording in recordings], ignore_index=True)
-    figure = Figure(figsize=(WIDTH, 0.3 + 1.45 * len(panels)), layout="constrained")
-    column = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for name, c in names for recording in recordings], ignore_index=True)
     drawn = data.groupby(["point", "component", "run"], sort=False)
-    labels = _labels(recordings)
-    for axes, (name, c) in zip(column, panels):
-        for recording, label, (colour, dashes) in zip(recordings, labels, cycle(CURVES)):
-            rows = drawn.get_group((name, c, recording.name))
-            axes.plot(rows[across], rows["displacement"], color=colour, linestyle=dashes,
-                      label=label)
-        _over_time(axes, data[across], recordings[0].unloaded_at)
-        axes.set_xlabel("")
-        axes.set_ylabel(f"{c.upper()} displacement\nof {mathtext(name)} [m]")
-    column[-1].set_xlabel("load factor" if static else "time [s]")
-    _legend(figure)
+    labels, looks = _labels(recordings), _layers(len(recordings))
+    window = None if static else _last_swings(recordings[-1].times, [
+        drawn.get_group((*name, recordings[-1].name))["displacement"] for name in names])
+    figure, panels = _panels(len(names), window, 0.3 + 1.45 * len(names))
+    for column, swung in zip(panels, (window, None)):
+        for axes, (name, c) in zip(column, names):
+            for recording, label, look in zip(recordings, labels, looks):
+                rows = drawn.get_group((name, c, recording.name))
+                axes.plot(rows[across], rows["displacement"], label=label, **_thin(look, swung))
+            _over_time(axes, data[across], recordings[0].unloaded_at)
+            axes.set_xlabel("")
+            axes.set_ylabel(f"{c.upper()} displacement\nof {mathtext(name)} [m]")
+        column[-1].set_xlabel("load factor" if static else "time [s]")
+    _magnify(panels, window)
+    _legend(figure, panels[-1][0])
     return figure, data
 
 
@@ -284,6 +327,63 @@ def _labels(recordings):
             for size, recording in zip(sizes, recordings)]
 
 
+def _light(colour):
+    """A light tint of a colour."""
+    return tuple(1.0 - 0.38 * (1.0 - part) for part in to_rgb(colour))
+
+
+def _layers(n):
+    """How each of ``n`` curves is drawn that may coincide: all are seen where they do, in grey too.
+    """
+    if n == 1:
+        return [{"color": BLUE}]
+    tints = colormaps[COLOURS](np.linspace(0.3, 1.0, n))
+    return [{"color": tuple(tint), "linewidth": width, "solid_capstyle": "butt"}
+            for tint, width in zip(tints, np.linspace(0.8 + 1.6 * (n - 1), 0.8, n))]
+
+
+def _thin(looks, swung):
+    """How a curve is drawn that swings often: thin and solid, if it is not wide to lie below."""
+    width = looks.get("linewidth", 1.2)
+    return looks if swung is None or width > 2.0 else {
+        **looks, "linewidth": 0.5 * width, "linestyle": "-"}
+
+
+def _last_swings(time, curves):
+    """(start, end) of the last ``LAST`` swings of that curve which swings most; None if that is
+    not often.  A swing leads from the lower third of a curve's range into its upper one and back.
+    """
+    found = [_swings(np.asarray(curve)) for curve in curves]
+    starts = max(found, key=len)
+    return (float(time[starts[-LAST - 1]]), float(time.max())) if len(starts) > PERIODS else None
+
+
+def _swings(values):
+    """Indices where a curve comes into the upper third of its range from the lower one."""
+    third = np.ptp(values) / 3.0
+    side = (values > values.max() - third).astype(int) - (values < values.min() + third)
+    outside = np.flatnonzero(side)
+    return outside[1:][np.diff(side[outside]) == 2]
+
+
+def _panels(n, window, height):
+    """A figure of ``n`` panels of ``height`` [inches] together, each time with its window beneath
+    if there is one: (Figure, [panels, their windows])."""
+    rows = n if window is None else 2 * n
+    figure = Figure(figsize=(WIDTH, height * rows / n), layout="constrained")
+    column = figure.subplots(rows, 1, squeeze=False)[:, 0]
+    return figure, [column[k::rows // n] for k in range(rows // n)]
+
+
+def _magnify(panels, window):
+    """Show the window in the panels beneath, and frame it in those above."""
+    if window is not None:
+        for whole, part in zip(*panels):
+            part.set_xlim(window)
+            whole.axvspan(*window, facecolor="none", edgecolor="0.2", linewidth=0.8, zorder=4)
+            whole.set_title("framed: enlarged below", loc="right", size=7.5)
+
+
 def _over_time(axes, time, unloaded_at):
     """The axis of time, with the time under load shaded."""
     first, last = time.min(), time.max()
@@ -300,7 +400,7 @@ def _at_least(axes, half):
         axes.set_ylim(0.5 * (low + high) - half, 0.5 * (low + high) + half)
 
 
-def _legend(figure):
-    """One legend above all panels, from the first one."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
+def _legend(figure, axes=None):
+    """One legend above all panels, from ``axes``; default: the first one."""
+    handles, labels = (axes or figure.axes[0]).get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))

@@ -43,6 +43,11 @@ class Drawing:
         needs = KINDS[self.kind][1]
         return needs is None or bool(getattr(sources, needs))
 
+    def recordings(self, sources):
+        """The ``Recording`` s that it draws."""
+        return {"recordings": sources.recordings,
+                "finest": sources.recordings[-1:]}.get(KINDS[self.kind][1], [])
+
     def draw(self, sources):
         """(Figure, DataFrame) from ``Sources``."""
         return KINDS[self.kind][0](sources, **self.options)
@@ -129,8 +134,8 @@ class Sources:
 
     @property
     def finest(self):
-        """The recording on the finest mesh of the case."""
-        return self.recordings[-1]
+        """The recording on the finest mesh of the case; None if there is none."""
+        return self.recordings[-1] if self.recordings else None
 
 
 def _mesh(sources):
@@ -178,8 +183,8 @@ def _motion(sources, end, intervals):
     return figures.sequence(sources.finest, times[times <= last])
 
 
-KINDS = {"mesh": (_mesh, None), "energies": (_energies, "recordings"),
-         "momenta": (_momenta, "recordings"), "total energies": (_total, "recordings"),
+KINDS = {"mesh": (_mesh, None), "energies": (_energies, "finest"),
+         "momenta": (_momenta, "finest"), "total energies": (_total, "recordings"),
          "displacements": (_displacements, "recordings"), "convergence": (_convergence, "study"),
-         "motion": (_motion, "recordings")}
+         "motion": (_motion, "finest")}
 """How each kind is drawn, and the one of the ``Sources`` that it needs."""

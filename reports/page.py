@@ -24,7 +24,7 @@ from corovec.verification.registry import CASES as VERIFICATION
 
 from . import changes, figures, tables
 from .drawings import Sources, benchmarks
-from .parts import Lack, Results, plan, status, suite_names
+from .parts import Lack, Results, plan, run_file, status, study_file, suite_names
 from .player import packed_text, player
 from .records import load, records_of
 from .style import targets
@@ -119,8 +119,7 @@ def _case(name, size, folder):
         assumptions=assumptions(definition), counts=tables.provenance_counts(definition),
         provenance=tables.provenance(definition), claims=claimed,
         lacks=SimpleNamespace(study=no_study + failed, runs=no_runs),
-        figures=[_figure(figure, sources, claimed, folder / "page" / "figures")
-                 for figure in shown.figures],
+        figures=[_figure(figure, sources, claimed, size, folder) for figure in shown.figures],
         energies=tables.energies(study, printed) if printed else None,
         rates=tables.rates(study) if study else None,
         energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {shown.short}")
@@ -183,11 +182,12 @@ def _figure_cell(label, rows, lacks, topic):
     return replace(cell, beside=f"compared: {tables.summary(rows)}" if rows else "")
 
 
-def _figure(figure, sources, claimed, folder):
+def _figure(figure, sources, claimed, size, folder):
     """A figure of the paper: its drawings, what it claims with verdicts, and what is lost of it."""
     own = [claimed[label] for label in figure.verdicts]
     drawn = [SimpleNamespace(name=drawing.name, title=drawing.title,
-                             picture=_picture(drawing, sources, folder))
+                             picture=_picture(drawing, sources, folder / "page" / "figures"),
+                             made_from=_made_from(drawing, sources, size, folder))
              for drawing in figure.drawings]
     return SimpleNamespace(
         label=figure.label, id=_anchor(figure.label), cells=[claim.cell for claim in own],
@@ -211,6 +211,27 @@ def _picture(drawing, sources, folder):
     return SimpleNamespace(source=f"data:{kind};base64,{content}",
                            width=round(PIXELS * figure.get_size_inches()[0]),
                            files=[f"figures/{path.name}" for path in (svg, png, csv)])
+
+
+def _made_from(drawing, sources, size, folder):
+    """What a drawing is made from: in words meshes, time steps, end times, and where the data of
+    the case comes from; and its files, those of results from their ``folder``."""
+    case, runs = sources.case, drawing.recordings(sources)
+    files = [run_file(folder, case.name, run.elements) for run in runs]
+    solved = [{"elements": run.elements, **run.contents["description"]["settings"]} for run in runs]
+    if drawing.kind == "convergence" and sources.study:
+        files, solved = [study_file(folder, case.name, size)], sources.study["mesh"]
+    meshes = {}
+    for run in solved:
+        meshes.setdefault((run["dt"], run["end_time"]), []).append(str(run["elements"]))
+    words = [f"{', '.join(sizes)} elements, dt = {dt:g} s, until {end:g} s"
+             for (dt, end), sizes in meshes.items()]
+    counts = ", ".join(f"{n} {kind}" for kind, n in tables.provenance_counts(case).items())
+    return SimpleNamespace(
+        words="; ".join([*(words or [f"{case.defaults.elements} elements"]),
+                         f"data of the case: {counts}"]),
+        files=[path.relative_to(folder).as_posix() for path in files]
+        or [f"corovec/benchmarks/{case.name}.toml"])
 
 
 def _suite(name, results):

@@ -3,7 +3,7 @@
 Elements are painted from the farthest to the nearest.
 """
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -20,11 +20,27 @@ from .style import COLOURS, VERMILLION
 
 ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
 
+ARROW = {"arrowstyle": "-|>", "linewidth": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
+         "mutation_scale": 8.0}
+"""Looks of the arrows of loads."""
+
 THINNEST = 0.08
 """Shortest side of the box relative to its longest: a flat mesh needs room for its ticks."""
 
 MOST_VECTORS = 20_000
 """Elements beyond which they become an image inside a vector figure."""
+
+WAYS = 16
+"""Directions in which a name may lie from its point."""
+
+GAPS = (4.0, 9.0, 15.0, 22.0)
+"""Distances of a name from its point that are tried [points of print]."""
+
+CLEAR = 2.0
+"""White around a name [points of print]."""
+
+DEPTH = 1e-3
+"""What lies less than this part of the scene's size behind an element is not hidden by it."""
 
 PEAKS = 0.995
 """Part of the values below the end of the colours, so that a single peak does not darken all."""
@@ -75,6 +91,24 @@ def bounds(*points):
     return 0.5 * (low + high) + np.array([-half, half])
 
 
+def hidden(view, points, corners):
+    """(n,) whether elements (n_elem, 4, 3) lie between points (n, 3) and the eye."""
+    triangles = np.reshape(corners, (-1, 4, 3))[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    seen, depth = view(triangles), triangles @ view.eye
+    sides = (seen[:, 1:] - seen[:, :1]).transpose(0, 2, 1)
+    facing = np.abs(np.linalg.det(sides)) > 1e-12 * np.ptp(seen, axis=(0, 1)).max() ** 2
+    seen, depth, inverse = seen[facing], depth[facing], np.linalg.inv(sides[facing])
+    margin = DEPTH * np.ptp(triangles, axis=(0, 1)).max()
+
+    def covered(point):
+        part = np.einsum("tij,tj->ti", inverse, view(point) - seen[:, 0])
+        within = (part > 0.0).all(axis=1) & (part.sum(axis=1) < 1.0)
+        over = depth[within, 0] + np.sum(part * (depth[:, 1:] - depth[:, :1]), axis=1)[within]
+        return bool(np.any(over > point @ view.eye + margin))
+
+    return np.array([covered(point) for point in np.reshape(points, (-1, 3))], dtype=bool)
+
+
 class Space:
     """Matplotlib ``axes`` that show what lies in ``box`` (2, 3) [m] by a ``View``.
 
@@ -110,18 +144,20 @@ class Space:
         if values is not None:
             polygons.set_array(np.take_along_axis(values, order, axis=1).ravel())
 
-    def lines(self, ends, color="0.35", width=0.25):
-        """Lines between pairs of points (..., 2, 3), over all elements."""
-        self.axes.add_collection(LineCollection(
-            self.view(ends).reshape(-1, 2, 2), colors=color, linewidths=width, clip_on=False,
-            zorder=3), autolim=False)
-
-    def arrow(self, tail, tip, color=VERMILLION):
-        """Draw an arrow between two points (3,) [m]."""
-        tail, tip = self.view((tail, tip))
-        self.axes.annotate("", tip, tail, annotation_clip=False, zorder=5, arrowprops={
-            "arrowstyle": "-|>", "color": color, "linewidth": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
-            "mutation_scale": 8.0})
+    def arrow(self, tail, tip, covered=(False,), color=VERMILLION):
+        """An arrow between two points (3,) [m]; those of its equal parts that are ``covered`` are
+        dashed, and its head is hollow if the last one is."""
+        covered = np.asarray(covered)
+        ends = self.view((tail, tip))
+        head = "white" if covered[-1] else color
+        self.axes.annotate("", ends[1], ends[0], annotation_clip=False, zorder=5, arrowprops={
+            **ARROW, "edgecolor": color, "facecolor": head,
+            **({"linestyle": (0, (1.5, 1.2)), "linewidth": 0.7} if covered.any() else {})})
+        if covered.any():
+            along = np.linspace(0.0, 1.0, len(covered) + 1)[:, None] * (ends[1] - ends[0]) + ends[0]
+            self.axes.add_collection(LineCollection(
+                np.stack([along[:-1], along[1:]], axis=1)[~covered], colors=color,
+                linewidths=ARROW["linewidth"], clip_on=False, zorder=5), autolim=False)
 
     def text(self, point, text, offset=(0.0, 0.0), **style):
         """``text`` at a point, moved by ``offset`` [points of print]."""
@@ -131,10 +167,48 @@ class Space:
             annotation_clip=False,
             path_effects=[withStroke(linewidth=1.8, foreground="white")], **style)
 
-    def dot(self, point, color):
-        """Mark a point (3,) [m]."""
-        self.axes.plot(*self.view(point), "o", color=color, markersize=4.0, zorder=6,
-                       clip_on=False)
+    def names(self, named, around):
+        """Write names beside their points where they cover least of other texts and lines.
+
+        Args:
+            named: (point (3,) [m], text, way (2,) on the screen that is tried first, style of
+                ``text``) each.
+            around: ``[(points (..., 3) [m], weight)]`` that had better not be covered.
+        """
+        self.axes.figure.draw_without_rendering()
+        place = self.axes.transData.transform
+        part = np.linspace(0.0, 1.0, 60)[:, None]
+        lines = [start + part * (end - start) for line in self.axes.lines
+                 for start, end in pairwise(line.get_xydata())]
+        seen = [*((self.view(points).reshape(-1, 2), weight) for points, weight in around),
+                *((points, 1.0) for points in lines)]
+        crowd = place(np.concatenate([points for points, _ in seen]))
+        weights = np.concatenate([np.full(len(points), weight) for points, weight in seen])
+        taken = [text.get_window_extent().get_points() for text in self.axes.texts
+                 if text.get_text()]
+        for point, name, way, style in named:
+            text = self.text(point, name, **style)
+            at, size = place(self.view(point)), text.get_window_extent().size
+            turned = np.arctan2(way[1], way[0]) + 2.0 * np.pi / WAYS * np.arange(WAYS)
+            ways = np.column_stack([np.cos(turned), np.sin(turned)])
+            offsets = np.concatenate([ways * (0.5 * size + gap) for gap in GAPS])
+            dislike = np.add.outer(GAPS, 2.0 * (1.0 - ways @ ways[0])).ravel()
+            low = at + offsets - 0.5 * size - CLEAR
+            high = at + offsets + 0.5 * size + CLEAR
+            within = (np.all(crowd > low[:, None], axis=2) & np.all(crowd < high[:, None], axis=2))
+            others = np.array(taken).reshape(-1, 2, 2)
+            common = np.minimum(high[:, None], others[:, 1]) - np.maximum(low[:, None],
+                                                                          others[:, 0])
+            cost = dislike + within @ weights + 10.0 * np.prod(
+                np.maximum(common, 0.0), axis=2).sum(axis=1)
+            best = np.argmin(cost.round(6))
+            text.xyann = tuple(offsets[best])
+            taken.append(np.array([low[best], high[best]]))
+
+    def dot(self, point, color, covered=False, size=4.0):
+        """Mark a point (3,) [m], hollow if it is ``covered``."""
+        self.axes.plot(*self.view(point), "o", color=color, markersize=size, zorder=6,
+                       clip_on=False, markerfacecolor="white" if covered else color)
 
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""

@@ -12,6 +12,7 @@ from typing import Annotated
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from pandas import DataFrame
 
 from corovec.solver.checks import choice, shown
@@ -100,7 +101,9 @@ def save(figure: Figure, data: DataFrame, folder: File, name: str,
     paths = [writable_path(path, overwrite) for path in targets(folder, name, formats)]
     figure.draw_without_rendering()
     figure.set_layout_engine(None)  # the layout found serves all formats
-    box = figure.get_tightbbox().padded(MARGIN)
+    for axes in figure.axes:  # its last digits are not the same every time
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 6))
+    box = Bbox(np.round(figure.get_tightbbox().padded(MARGIN).get_points(), 4))
     for path, kind in zip(paths, (*formats, "csv")):
         with replacing(path) as partial:
             if kind == "csv":

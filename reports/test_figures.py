@@ -4,11 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.text import Text
 
 from corovec import InputError, ResultFileError, TimeFunction, total_energy
 from corovec.benchmarks import load_case
-from corovec.reports import curves
+from corovec.reports import curves, scenes
 from corovec.reports.figures import (
     Curve,
     convergence,
@@ -21,7 +24,7 @@ from corovec.reports.figures import (
     total_energies,
 )
 from corovec.reports.recording import Recording
-from corovec.reports.space import Space, View, bounds
+from corovec.reports.space import Space, View, bounds, hidden
 from corovec.solver.model.loads import NodalLoad
 from corovec.verification.models import cross_code_plate
 
@@ -42,13 +45,58 @@ def test_energies_are_the_history(recordings):
     history = recordings[0].history
     figure, data = energies(history, unloaded_at=1.0)
     drawn = lines(figure.axes[0])
-    for line, column in zip(drawn, ("kinetic_energy", "strain_energy", "total_energy",
-                                    "external_work")):
+    for line, column in zip(drawn, ("total_energy", "external_work", "kinetic_energy",
+                                    "strain_energy")):
         assert np.array_equal(line[:, 0], history["time"])
         assert np.array_equal(line[:, 1], data[column])
     assert np.array_equal(data["kinetic_energy"], history["kinetic_energy"])
     assert np.array_equal(data["total_energy"], total_energy(history))
     assert len(drawn) == 4 and figure.axes[0].get_xlim() == (0.0, history["time"][-1])
+
+
+def greys(lines):
+    """Brightness of curves in a grey print, from 0 to 1."""
+    return [np.dot((0.30, 0.59, 0.11), to_rgb(line.get_color())) for line in lines]
+
+
+def test_curves_that_coincide_are_told_apart_in_grey(recordings):
+    """Each is seen beside the narrower and darker ones upon it."""
+    history = recordings[0].history
+    for lower, upper in (
+            energies(history)[0].axes[0].lines[:2],
+            displacements(recordings, {"S": (10.0, 7.0, 0.0)})[0].axes[0].lines,
+            total_energies(recordings)[0].axes[0].lines,
+            *np.reshape(momenta(history)[0].axes[1].lines, (3, 2))):
+        assert lower.get_linewidth() > upper.get_linewidth() + 1.0
+        assert np.diff(greys([upper, lower])) > 0.2
+    x, y, z = momenta(history)[0].axes[0].lines
+    assert x.get_linewidth() > y.get_linewidth() > z.get_linewidth()
+    assert np.all(np.diff(greys([z, y, x])) > 0.2)
+
+
+def swinging(history, periods):
+    """A history like ``history`` whose energies swing so often."""
+    long = np.resize(history, 2001)
+    long["time"] = np.linspace(0.0, 1.2, 2001)
+    long["kinetic_energy"] = 1.0 + np.sin(2.0 * np.pi * periods * long["time"] / 1.2)
+    return long
+
+
+def test_last_of_many_swings_are_enlarged(recordings):
+    history = recordings[0].history
+    whole, window = energies(swinging(history, 60))[0].axes
+    assert whole.get_xlim() == (0.0, 1.2) and len(whole.lines) == len(window.lines) == 4
+    assert window.get_xlim() == pytest.approx((1.2 * (1.0 - 6.75 / 60), 1.2), abs=0.01)
+    assert whole.lines[2].get_linewidth() < window.lines[2].get_linewidth()
+    assert len(energies(swinging(history, 30))[0].axes) == 1
+
+    contents = dict(recordings[0].contents, history=swinging(history, 60))
+    contents["frame_steps"] = np.arange(0, 2001, 5)
+    contents["displacement"] = np.sin(100.0 * np.pi * np.linspace(0.0, 1.0, 401))[
+        :, None, None] * np.ones((1, *recordings[0].nodes.shape))
+    figure, data = displacements([Recording("long", contents)], {"O": (0.0, 0.0, 0.0)}, {"O": "xz"})
+    assert [axes.get_xlim()[0] > 1.0 for axes in figure.axes] == [False, True, False, True]
+    assert len(data) == 2 * 401
 
 
 def test_energies_until_an_end(recordings):
@@ -106,9 +154,26 @@ def test_a_point_without_a_node_is_named_with_its_mesh(recordings):
 
 def test_total_energies_of_meshes(recordings):
     figure, data = total_energies(recordings)
-    for line, recording in zip(lines(figure.axes[0]), recordings):
-        assert np.array_equal(line[:, 1], total_energy(recording.history))
+    whole, free = figure.axes
+    for axes in (whole, free):
+        for line, recording in zip(lines(axes), recordings):
+            assert np.array_equal(line[:, 1], total_energy(recording.history))
     assert set(data["elements"]) == {30, 120}
+
+
+def test_energies_after_unloading_fill_a_panel(recordings):
+    """In joules on the left, relative to the finest mesh on the right."""
+    _, free = total_energies(recordings)[0].axes
+    ends = [total_energy(recording.history)[-1] for recording in recordings]
+    assert free.get_xlim() == (1.0, recordings[0].history["time"][-1])
+    assert abs(np.diff(ends)[0]) > 0.6 * np.ptp(free.get_ylim())
+    beside, = free.child_axes
+    beside.figure.draw_without_rendering()
+    assert beside.get_ylim() == pytest.approx(
+        [100.0 * (energy / ends[1] - 1.0) for energy in free.get_ylim()])
+    contents = {**recordings[0].contents}
+    contents["description"] = {**contents["description"], "unloaded_at": np.inf}
+    assert len(total_energies([Recording("loaded", contents)])[0].axes) == 1
 
 
 def test_convergence_line_is_the_regression():
@@ -139,15 +204,44 @@ def test_sequence_is_deformed_and_coloured_by_energy_over_area(recordings):
     assert sorted(values) == pytest.approx(sorted(density.ravel()))
 
 
-def test_sequence_along_the_way_is_one_space(recordings):
-    """Six sizes of travel: later frames over earlier ones, nearer elements over farther ones."""
-    contents = dict(recordings[0].contents)
-    away = np.linspace(0.0, 60.0, 13)[:, None, None] * [1.0, 0.0, 0.0]
+def travelling(recording, metres):
+    """A recording that goes so far along X, in 13 even frames."""
+    contents = dict(recording.contents)
+    away = np.linspace(0.0, metres, 13)[:, None, None] * [1.0, 0.0, 0.0]
     contents["displacement"] = contents["displacement"] + away
-    figure, _ = sequence(Recording("away", contents), (0.0, 0.6, 1.2), view=(30.0, -60.0))
-    assert len(polygons(figure.axes[0]).get_paths()) == 90
-    texts = {text.get_text() for text in figure.axes[0].texts}
-    assert {"0 s", "0.6 s", "1.2 s"} < texts
+    return Recording("away", contents)
+
+
+def test_sequence_along_a_way(recordings):
+    """Each instant has a panel about its centre, and a dot on the way with its time."""
+    recording = travelling(recordings[0], 60.0)
+    figure, data = sequence(recording, (0.0, 0.6, 1.2), view=(30.0, -60.0))
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    assert [axes.get_title() for axes in panels] == ["0 s", "0.6 s", "1.2 s"]
+    corners = data[["x", "y", "z"]].to_numpy().reshape(3, -1, 3)
+    centres = data[["centre_x", "centre_y", "centre_z"]].to_numpy().reshape(3, -1, 3)[:, 0]
+    assert centres == pytest.approx(corners.mean(axis=1))  # of elements of one size
+    view = View(30.0, -60.0)
+    for axes, own, centre in zip(panels, corners, centres):
+        drawn = np.concatenate([path.vertices[:4] for path in polygons(axes).get_paths()])
+        assert np.sort(drawn, axis=0) == pytest.approx(np.sort(view(own - centre), axis=0))
+        assert axes.get_xlim() == panels[0].get_xlim()
+    way, = (axes for axes in figure.axes if {"0 s", "0.6 s", "1.2 s"} < {
+        text.get_text() for text in axes.texts})
+    assert any(np.array_equal(line, view(centres)) for line in lines(way))
+    assert len(polygons(way).get_paths()) == 90
+
+
+def test_shells_along_a_way_stand_clear_of_each_other(recordings):
+    """All 13 instants have panels and dots; 20 m are room for the first, the last and few more."""
+    figure, data = sequence(travelling(recordings[0], 20.0), np.linspace(0.0, 1.2, 13))
+    way = next(axes for axes in figure.axes if "X [m]" in {t.get_text() for t in axes.texts})
+    shells = np.reshape([path.vertices[:4] for path in polygons(way).get_paths()], (-1, 120, 2))
+    assert 2 <= len(shells) <= 3 and len(set(data["time"])) == 13
+    left, right = shells[:, :, 0].min(axis=1), shells[:, :, 0].max(axis=1)
+    order = np.argsort(left)
+    assert np.all(right[order][:-1] < left[order][1:])
+    assert sum(bool(axes.get_title()) for axes in figure.axes) == 13
 
 
 def test_sequence_magnifies(recordings):
@@ -190,6 +284,67 @@ def test_mesh_shows_the_printed_loads():
     assert {"P1", "P2", "P3", "P4", "P5", "P6", "S"} < set(texts)
     assert sum(text.arrow_patch is not None for text in figure.axes[0].texts) == 6
     assert np.array_equal(data.loc[data["item"] == "element", "name"].unique(), np.arange(30))
+
+
+def overlap(one, two):
+    """Common area of two texts as they are printed."""
+    a, b = (text.get_window_extent().get_points() for text in (one, two))
+    return np.prod(np.maximum(np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]), 0.0))
+
+
+@pytest.mark.parametrize("name", ["l-plate", "ruler", "hemisphere", "plates"])
+def test_names_of_loads_are_clear_of_all_other_texts(name):
+    case = load_case(name)
+    figure, _ = mesh_and_loads(case.model(case.defaults.elements), case)
+    figure.draw_without_rendering()
+    texts = [text for text in figure.axes[0].texts if text.get_text()]
+    named = [text for text in texts if text.get_text() in {
+        *case.points, *(load.name for load in case.loads)}]
+    assert len(named) == len(case.points) + len(case.loads)
+    assert not any(overlap(one, other) for one in named for other in texts if other is not one)
+
+
+def test_what_is_behind_the_shell_is_hollow():
+    """Of the hemisphere seen from -Y: B and its load, which are on the far side."""
+    case = load_case("hemisphere")
+    axes = mesh_and_loads(case.model(1024), case, view=(20.0, -70.0))[0].axes[0]
+    a, b = (line for line in axes.lines if line.get_marker() == "o")
+    assert a.get_markerfacecolor() == a.get_color() and b.get_markerfacecolor() == "white"
+    p1, p2, _, p4 = (text.arrow_patch for text in axes.texts if text.arrow_patch)
+    assert p2.get_linestyle() != "solid" == p1.get_linestyle() == p4.get_linestyle()
+
+
+def test_hidden_is_what_elements_lie_before():
+    square = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+    points = [(0.5, 0.4, -1.0), (0.5, 0.4, 1.0), (0.5, 0.4, 0.0), (1.5, 0.4, -1.0)]
+    assert hidden(View(90.0, -90.0), points, square).tolist() == [True, False, False, False]
+    assert not hidden(View(0.0, -90.0), points, square).any()  # edge-on it covers nothing
+
+
+def test_arrows_have_a_scale_for_each_unit():
+    """As long on paper as an arrow of that size square to the eye; forces and forces per length
+    apart."""
+    case = load_case("plates")
+    model = case.model(432)
+    loads = scenes._case_loads(model, case)
+    point = loads[0]._replace(unit="N", forces=np.array([[30.0, 0.0, 0.0]]), nodes=[0])
+    scales = scenes._scales(model, [*loads, point])
+    line = max(np.linalg.norm(load.forces, axis=1).max() for load in loads)
+    assert scales == pytest.approx({"N/m": scenes.LONGEST * model.size / line,
+                                    "N": scenes.LONGEST * model.size / 30.0})
+    assert [scenes._round(size) for size in (30.0, 4.9, 0.1, 42313.0)] == pytest.approx(
+        [20.0, 2.0, 0.1, 20000.0])
+    figure, data = mesh_and_loads(model, case)
+    said = [text.get_text() for axes in figure.axes for text in axes.findobj(Text)]
+    assert f"{scenes._round(line):g} N/m" in said and not any(text.endswith(" N") for text in said)
+    assert set(data.loc[data["item"] == "load", "unit"]) == {"N/m"}
+    reference, = (patch for axes in figure.axes[1:] for patch in axes.findobj(FancyArrowPatch))
+    figure.draw_without_rendering()
+    drawn = reference.get_transform().transform([(0.0, 0.0), (scenes._round(line) * scales["N/m"],
+                                                              0.0)])
+    metre = figure.axes[0].transData.transform([(0.0, 0.0), (1.0, 0.0)])
+    assert np.ptp(drawn[:, 0]) == pytest.approx(
+        np.ptp(metre[:, 0]) * scenes._round(line) * scales["N/m"])
 
 
 def test_line_loads_are_even_along_their_line():

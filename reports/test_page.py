@@ -95,7 +95,7 @@ def suite(name):
 
 def study():
     """A convergence study of one mesh."""
-    mesh = {"elements": 30, "dt": 0.01, "energy": 70.6, "energy_limit": 70.59,
+    mesh = {"elements": 30, "dt": 0.01, "end_time": 1.2, "energy": 70.6, "energy_limit": 70.59,
             "limit_uncertainty": 0.01, "difference": -0.011, "error_of_printed": 0.02,
             "error": 0.03, "order_of_printed": None, "order": None}
     slope = {"quantity": "slope, finest mesh as reference", "unit": "", "ours": -2.0,
@@ -164,6 +164,22 @@ def test_cells_have_the_worst_verdict_of_what_was_written(html):
     assert cell(html, "patch")[0] == "not run"
     assert cell(html, "mutants")[0] == "left out"
     assert html.count("not redrawn") == 3
+
+
+def test_captions_say_what_is_drawn(html):
+    """Mesh, step and end of the runs, where the case's data comes from, and the files."""
+    said = {title: re.sub("<[^>]+>", "", made) for title, made in re.findall(
+        r'<figcaption>([^<]+)\.\s*<span class="files">.*?<small class="made">(.*?)</small>', html,
+        re.DOTALL)}
+    data = "data of the case: 17 printed, 7 assumed, 2 selected; from "
+    run = "30 elements, dt = 0.02 s, until 1.2 s; " + data
+    assert said["Energies"] == run + "runs/l-plate-480.h5".replace("480", "30")
+    study, = (text for title, text in said.items() if title.startswith("Error of the energy"))
+    assert study == ("30 elements, dt = 0.01 s, until 1.2 s; " + data
+                     + f"convergence/l-plate/{SIZE}/study.json")
+    assert "; from corovec/benchmarks/" in said["Mesh, loads and their functions of time"]
+    assert said["Total energy, mesh by mesh"].endswith("runs/l-plate-30.h5, "
+                                                       "runs/l-plate-30.h5, runs/l-plate-30.h5")
 
 
 def test_every_row_is_counted_once(html):

@@ -41,7 +41,7 @@ class FunctionOfTime:
         lost = np.abs(self(middle) - values.mean(axis=1)).sum()
         return float(lost * dt), float(np.abs(values).mean(axis=1).sum() * dt)
 
-    def curve(self, end):
+    def curve(self, end=1.0):
         """(times, values) of points that draw f from 0 to ``end`` [s] as lines."""
         times = np.linspace(0.0, end, 1001)
         return times, self(times)
@@ -106,7 +106,7 @@ class TimeFunction(_Tabulated):
         points = np.array([0.0, *inside, end])
         return float(np.trapezoid(np.interp(points, self.times, self.values), points))
 
-    def curve(self, end):
+    def curve(self, end=None):
         """Its points."""
         return self._points
 
@@ -130,9 +130,10 @@ class Steps(_Tabulated):
         edges = np.clip((*self.times, end), 0.0, end)
         return float(np.dot(np.diff(edges), self.values))
 
-    def curve(self, end):
+    def curve(self, end=0.0):
         """Its corners."""
-        times = np.repeat((0.0, *self.times, max(end, self.times[-1])), 2)[1:-1]
+        last = max(end, 1.2 * self.times[-1])
+        times = np.repeat((0.0, *self.times, last), 2)[1:-1]
         return times, np.repeat((0.0, *self.values), 2)
 
 
