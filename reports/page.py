@@ -115,7 +115,8 @@ def _case(name, size, folder):
         lost={figure.label: figure.lost for figure in shown.figures if figure.lost},
         title=tables.case_title(definition),
         shown=sorted((label for label, _ in labelled[:-1] if label),
-                     key=lambda label: not label.startswith("Table")), labelled=labelled, rows=[row for _, own in labelled for row in own],
+                     key=lambda label: not label.startswith("Table")),
+        labelled=labelled, rows=[row for _, own in labelled for row in own],
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(definition),
         provenance=tables.provenance(definition), claims=claimed,
@@ -233,7 +234,8 @@ def _suite(name, results):
     rows = [row for item in shown for row in item.rows]
     lacks = list(dict.fromkeys(lack for item in shown for lack in item.lacks))
     return SimpleNamespace(name=name, cases=shown, rows=rows, lacks=lacks,
-                           command=f"corovec verify {name}", cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"verify-{name}"))
+                           command=f"corovec verify {name}",
+                           cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"verify-{name}"))
 
 
 def _cell(label, rows, lacks, topic="", section=None):
