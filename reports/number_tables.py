@@ -155,7 +155,7 @@ def _peer(row):
     if row is None or row["cpu_ms_per_step"] is None:
         return "–"
     ended = "" if row["survived"] else f"ended at {row['reached']:.2g} s"
-    drift = "" if row["energy_drift"] is None else number(row["energy_drift"], ".0e")
+    drift = "" if row["energy_drift"] is None else number(row["energy_drift"], ".1e")
     return ", ".join(filter(None, (f"{row['cpu_ms_per_step']:.3g}", ended or drift)))
 
 

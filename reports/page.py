@@ -114,6 +114,8 @@ def _case(name, size, folder):
         name=name, short=shown.short, flight=definition.paper.time,
         lost={figure.label: figure.lost for figure in shown.figures if figure.lost},
         title=tables.case_title(definition),
+        shown=sorted((label for label, _ in labelled[:-1] if label),
+                     key=lambda label: not label.startswith("Table")),
         labelled=labelled, rows=[row for _, own in labelled for row in own],
         section=definition.title.partition("(")[2][:11],
         assumptions=assumptions(definition), counts=tables.provenance_counts(definition),
@@ -210,6 +212,7 @@ def _picture(drawing, sources, folder):
     content = base64.b64encode(shown.read_bytes()).decode("ascii")
     return SimpleNamespace(source=f"data:{kind};base64,{content}",
                            width=round(PIXELS * figure.get_size_inches()[0]),
+                           height=round(PIXELS * figure.get_size_inches()[1]),
                            files=[f"figures/{path.name}" for path in (svg, png, csv)])
 
 
@@ -251,7 +254,8 @@ def _suite(name, results):
             table=tables.verdict_rows("", rows, f"case-{case.name}")))
     rows = [row for item in shown for row in item.rows]
     lacks = list(dict.fromkeys(lack for item in shown for lack in item.lacks))
-    return SimpleNamespace(name=name, cases=shown, rows=rows, command=f"corovec verify {name}",
+    return SimpleNamespace(name=name, cases=shown, rows=rows, lacks=lacks,
+                           command=f"corovec verify {name}",
                            cell=_cell(name, rows, lacks, SUITES.get(name, ""), f"verify-{name}"))
 
 

@@ -10,7 +10,7 @@ import gzip
 import numpy as np
 from matplotlib.colors import to_hex
 
-from .space import density_scale
+from .space import best_view, density_scale
 
 MOST_FRAMES = 201
 STEPS = 65535
@@ -27,23 +27,24 @@ def player(recording, every=None):
         every: frames taken, each n-th; default: at most ``MOST_FRAMES``.
 
     Returns:
-        dict: counts, times [s], energies [J], the centre's path [m], the map of colours, and the
-        packed arrays with what unpacks them.
+        dict: counts, times [s], energies [J], the centre's path [m], the direction to the eye at
+        the start, the map of colours, and the packed arrays with what unpacks them.
     """
     every = every or -(-len(recording.times) // MOST_FRAMES)
     x = recording.positions()[::every]
     centre = _centres(x, recording)
-    low = (x - centre[:, None]).min(axis=(0, 1))
-    size = float(np.ptp(x - centre[:, None], axis=(0, 1)).max())
+    x -= centre[:, None]
+    low, size = x.min(axis=(0, 1)), float(np.ptp(x, axis=(0, 1)).max())
     density = recording.energy_density[::every]
     scale = density_scale(density)
     top = float(scale.norm.vmax)
     rows = recording.history[recording.frame_rows[::every]]
-    scaled = (x - centre[:, None] - low) / size * STEPS
+    scaled = (x - low) / size * STEPS
     return {
         "frames": len(x), "nodes": x.shape[1], "elements": recording.elements,
         "times": _rounded(recording.times[::every]), "centre": _rounded(centre.T),
         "kinetic": _rounded(rows["kinetic_energy"]), "strain": _rounded(rows["strain_energy"]),
+        "eye": _rounded(best_view(x[:, recording.quads].reshape(-1, 4, 3)).eye),
         "low": _rounded(low), "size": size, "steps": STEPS, "colours": COLOURS, "top": top,
         "scale": [[stop, to_hex(scale.cmap(stop))] for stop in np.linspace(0.0, 1.0, STOPS)],
         "position": _packed(scaled.round().astype("<u2")),

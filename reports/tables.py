@@ -42,6 +42,9 @@ WORDS = frozenset((
     "phase", "result", "moved", "part", "status", "command", "message"))
 """Heads of columns that hold words; the others hold numbers, which stand on the right."""
 
+KNOWN_BY = ("what", "target", "mesh", "parameter", "part", "quantity")
+"""Heads of columns by which rows are known."""
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -84,6 +87,8 @@ class Table:
         rows: texts, verdicts as ``Cell`` s.
         notes: sentences below.
         ids: anchors of the rows, as far as they have one.
+        card: the column by which a row is known where there is no room for its columns, and it
+            becomes a paragraph; None if rows are numbers to compare, which then scroll.
     """
 
     name: str
@@ -91,6 +96,11 @@ class Table:
     rows: list
     notes: list = field(default_factory=list)
     ids: list = field(default_factory=list)
+
+    @property
+    def card(self):
+        heads = [head for head in KNOWN_BY if head in self.columns]
+        return heads[0] if heads else None
 
 
 def worst(verdicts):
@@ -165,12 +175,12 @@ def energies(study, printed):
         row = ours.get(elements, {})
         name = f"{elements} elements: energy after unloading [J]"
         judged = verdict.get(name, {"verdict": "left out" if study else "not run"})
-        rows.append([printed["mesh"][k], printed["energy"][k], number(row.get("energy_limit"), 7),
+        rows.append([Cell(name, judged["verdict"], href=leading(judged)), printed["mesh"][k],
+                     printed["energy"][k], number(row.get("energy_limit"), 7),
                      number(row.get("limit_uncertainty"), 2),
                      percent(row.get("difference"), sign=True), printed["error"][k],
                      percent(row.get("error_of_printed")), percent(row.get("error")),
-                     number(row.get("order_of_printed"), 3), number(row.get("order"), 3),
-                     Cell(name, judged["verdict"], href=leading(judged))])
+                     number(row.get("order_of_printed"), 3), number(row.get("order"), 3)])
     notes = ["Ours is extrapolated to a time step of zero where three steps show second order, "
              "uncertain (±) by what that adds; else it is that of the smallest step, uncertain by "
              "what the last halving changed.  Errors of the last two columns of errors take the "
@@ -178,8 +188,8 @@ def energies(study, printed):
              f"{number(study['mesh'][0]['dt'], 3)} s.  Orders come from successive differences, "
              "which need no reference."] if study else []
     return Table(f"{printed['table']}: total energy after load removal",
-                 ("mesh", "printed [J]", "ours [J]", "±", "difference", "printed error",
-                  "printed, same meshes", "our error", "order, printed", "order, ours", "verdict"),
+                 ("verdict", "mesh", "printed [J]", "ours [J]", "±", "difference", "printed error",
+                  "printed, same meshes", "our error", "order, printed", "order, ours"),
                  rows, notes)
 
 
@@ -239,10 +249,10 @@ def ratios(name, timing, verdicts):
     verdict = {row["name"].split()[0]: row for row in verdicts}
     return Table(
         "Ratios, which machines share better than seconds",
-        ("elements", "unknowns", "verdict", "dense/skyline, paper", "ours", "basis",
+        ("verdict", "mesh", "unknowns", "dense/skyline, paper", "ours", "basis",
          "by operations", "LAPACK LU/skyline", "basis", "sparsity", "symmetry", "profile"),
-        [[str(row["elements"]), number(row.get("unknowns"), 6),
-          Cell("", verdict.get(str(row["elements"]), {}).get("verdict", "left out")),
+        [[Cell("", verdict.get(str(row["elements"]), {}).get("verdict", "left out")),
+          str(row["elements"]), number(row.get("unknowns"), 6),
           _as_printed(row), number(row.get("dense_skyline"), 3), row.get("dense_basis", "–"),
           number(row.get("operations"), 3), number(row.get("lapack_skyline"), 3),
           row.get("lapack_basis", "–"), number(row.get("sparsity"), 3),
@@ -265,9 +275,9 @@ def targets(timing):
     """Targets of speed beside what was reached."""
     D = timing["tables"]["D"][0]
     return Table(
-        "Targets of speed", ("target", "unit", "at most", "goal", *ROUNDS, "met", "detail"),
-        [[row["name"], row["unit"] or "–", number(row["target"], 3), number(row["goal"], 3),
-          *rounds(row), row["met"], row["detail"]]
+        "Targets of speed", ("met", "target", "unit", "at most", "goal", *ROUNDS, "detail"),
+        [[row["met"], row["name"], row["unit"] or "–", number(row["target"], 3),
+          number(row["goal"], 3), *rounds(row), row["detail"]]
          for row in timing["tables"]["targets"]],
         [f"D is the time of one LAPACK LU of a full {D['unknowns']} x {D['unknowns']} matrix on "
          f"this machine: {number(D['D_cpu'], 3)} s of CPU time ({D['D_rounds']} rounds, quartiles "
@@ -336,12 +346,11 @@ def verdict_rows(name, rows, place=None):
     """Rows of a suite (dictionaries) with their references, tolerances and reasons; those that are
     ``anchored`` at this place are where their anchors are, the others lead there."""
     here = [place and row.get("anchor", "").startswith(f"{place}-") for row in rows]
-    return Table(name, ("what", "ours", "reference", "kind", "difference", "tolerance", "verdict",
+    return Table(name, ("verdict", "what", "ours", "reference", "kind", "difference", "tolerance",
                         "reason"),
-                 [[row["name"], valued(row),
-                   ("≥ " if row.get("above") else "") + f"{row['reference']:.6g}", row["kind"],
-                   difference(row), amount(row, row["tolerance"]),
-                   Cell("", row["verdict"], href="" if own else leading(row)), reason(row)]
+                 [[Cell("", row["verdict"], href="" if own else leading(row)), row["name"],
+                   valued(row), ("≥ " if row.get("above") else "") + f"{row['reference']:.6g}",
+                   row["kind"], difference(row), amount(row, row["tolerance"]), reason(row)]
                   for row, own in zip(rows, here)], [],
                  [row["anchor"] if own else "" for row, own in zip(rows, here)])
 
@@ -410,11 +419,13 @@ def number(value, digits):
 
 
 def percent(value, digits=3, sign=False):
-    """A fraction as a percentage; ``–`` for none."""
+    """A fraction as a percentage, to two digits at least; ``–`` for none."""
     if value is None or value != value:
         return "–"
-    text = f"{value:{'+' if sign else ''}.{digits}%}"
-    return text if float(text[:-1]) else text.lstrip("+-")
+    if 0.0 < abs(value) < 1e-4:
+        mantissa, exponent = f"{100.0 * value:{'+' if sign else ''}.1e}".split("e")
+        return f"{mantissa}e{int(exponent)}%"
+    return f"{value + 0.0:{'+' if sign and value else ''}.{digits}%}"
 
 
 def duration(seconds, extrapolated=False):

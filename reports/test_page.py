@@ -276,7 +276,7 @@ def test_numbers_of_the_page_are_those_of_its_files(tmp_path):
     for anchor, row in sources.items():
         shown = re.findall("<td[^>]*>(.*?)</td>", re.search(
             f'<tr id="{anchor}">(.*?)</tr>', html)[1])
-        pairs += zip((shown[1], shown[2], shown[4], shown[5]), (
+        pairs += zip((shown[2], shown[3], shown[5], shown[6]), (
             row["value"], row["reference"], row["difference"], row["tolerance"]))
     for row in found["summary"][1:]:
         shown = re.search(rf">{row['quantity']}(?: \[J\])?</td>(.*?)</tr>", html)[1]
@@ -371,11 +371,11 @@ def test_rounds_of_every_timing_are_shown(html):
     (target,) = tables.targets({"tables": {
         "D": [{"unknowns": 2, **Sample((0.1,), (0.1,)).row("D")}],
         "targets": [Target("a", "D", 4.0, 3.0, (2.0, 1.0, 4.0)).row()]}}).rows
-    assert target[4:9] == ["1", "1.50", "2", "3", "3"]
+    assert target[5:10] == ["1", "1.50", "2", "3", "3"]
     (phase,) = tables.phases({"tables": {"growth-phases": [
         {"case": "plates", "elements": 432, "method": "auto", "phase": "step",
          **Sample((2.0, 1.0, 4.0), (1.0,)).row("call")}]}}).rows
-    assert phase[4:] == target[4:9]
+    assert phase[4:] == target[5:10]
 
 
 def test_what_moved_since_the_last_record_is_shown(tmp_path, html):
@@ -412,6 +412,15 @@ def test_differences_say_what_they_are_relative_to(row, shown, tolerance):
     row = Row("a", kind="published", tolerance=0.01, reason="", **row).as_dict()
     assert tables.difference(row) == shown
     assert tables.amount(row, row["tolerance"]) == tolerance
+
+
+@pytest.mark.parametrize("value, shown", [
+    (0.02586, "2.586%"), (1.2e-4, "0.012%"), (4.23e-6, "4.2e-4%"), (-4.23e-6, "-4.2e-4%"),
+    (1.362e-15, "1.4e-13%"), (0.0, "0.000%"), (-0.0, "0.000%"), (None, "–")])
+def test_percentages_have_two_digits(value, shown):
+    assert tables.percent(value) == shown
+    signed = "+" * bool(value and value > 0.0) + shown
+    assert tables.percent(value, sign=True) == signed
 
 
 @pytest.mark.parametrize("damage", ['{"seconds": "many"}', '{"seconds": 1.0}', "[]", "no"])
@@ -622,7 +631,8 @@ WHOLE = """() => [document.documentElement.scrollWidth <= innerWidth,
 
 IN_SIGHT = """target => {
     const box = document.querySelector(target).getBoundingClientRect();
-    return box.top >= 0 && box.bottom <= innerHeight; }"""
+    const bar = document.querySelector("nav").getBoundingClientRect();
+    return box.height > 0 && box.top >= bar.bottom - 1 && box.top < innerHeight - 20; }"""
 
 
 @pytest.mark.parametrize("width", [390, 1440])
@@ -654,16 +664,135 @@ def test_whole_in_a_browser(browser, results, html, width):
     tab.close()
 
 
-def test_the_row_that_a_cell_leads_to_is_visible(browser, results, html):
-    """Also where it lies in something folded."""
-    tab = browser.new_page()
+@pytest.mark.parametrize("width", [390, 1280])
+def test_what_a_cell_leads_to_is_in_sight(browser, results, html, width):
+    """For every cell: also where it lies in something folded, is folded again, or was there
+    already; below the bar of sections that stays at the top."""
+    tab = browser.new_page(viewport={"width": width, "height": 800})
     tab.goto((results / "page" / "index.html").as_uri())
-    for label in ("Table 1", "kernel"):
-        _, target = cell(html, label)
-        assert not tab.locator(target).is_visible()
-        tab.locator(f'a.cell[href="{target}"]').first.click()
-        tab.locator(target).wait_for(state="visible")
-        tab.wait_for_function(IN_SIGHT, arg=target)
+    cells = tab.locator("a.cell")
+    assert not tab.locator(cell(html, "kernel")[1]).is_visible()
+    for k in [*range(cells.count()), cells.count() - 1]:
+        target = cells.nth(k).get_attribute("href")
+        tab.evaluate("""() => {
+            document.querySelectorAll("details").forEach(each => each.open = false);
+            scrollTo(0, 0); }""")
+        cells.nth(k).click()
+        assert tab.evaluate(IN_SIGHT, target), target
+    tab.close()
+
+
+OVERFLOWING = """() => [...document.querySelectorAll(".scroll")].filter(
+    box => box.scrollWidth > box.clientWidth).map(box => box.innerText.slice(0, 40))"""
+
+VERDICTS = """() => [...document.querySelectorAll("th")].filter(
+    head => head.innerText === "verdict" || head.innerText === "met").map(head => head.cellIndex)"""
+
+
+@pytest.mark.parametrize("width, cut", [(1280, 0), (390, 1)])
+def test_tables_and_figures_fit(browser, results, html, width, cut):
+    """Folded ones too: none is cut on a desk; on a phone only numbers that stand in columns are,
+    verdicts come first and figures are as wide as the screen, each a link to its file."""
+    tab = browser.new_page(viewport={"width": width, "height": 800})
+    tab.goto((results / "page" / "index.html").as_uri())
+    tab.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
+    assert tab.evaluate("document.documentElement.scrollWidth") == width
+    assert all("solver" in text for text in tab.evaluate(OVERFLOWING))
+    assert bool(tab.evaluate(OVERFLOWING)) == cut
+    assert set(tab.evaluate(VERDICTS)) == {0}
+    for image in tab.locator(".picture img").all():
+        box = image.bounding_box()
+        assert 0 <= box["x"] and box["x"] + box["width"] <= width
+        assert (results / "page" / image.locator("..").get_attribute("href")).exists()
+    tab.close()
+
+
+def test_print(browser, results, html):
+    """Tables and figures with a list of contents, within the width of paper; nothing folded."""
+    tab = browser.new_page(viewport={"width": 695, "height": 1000})
+    tab.emulate_media(media="print")
+    tab.goto((results / "page" / "index.html").as_uri())
+    assert tab.get_by_text("Contents", exact=True).is_visible()
+    assert tab.get_by_text("ended with an error").is_visible()
+    for hidden in ("nav", "#parts", ".player", "details:not(.legend)"):
+        assert not tab.locator(hidden).first.is_visible(), hidden
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 695
+    pages = len(re.findall(rb"/Type /Page\b", tab.pdf(prefer_css_page_size=True)))
+    assert 5 <= pages <= 25
+    tab.close()
+
+
+CAMERA = """() => {
+    const {eye, up} = document.querySelector(".stage")._fullLayout.scene._scene.getCamera();
+    return [eye.x, eye.y, eye.z, up.x, up.y, up.z]; }"""
+
+SIZE_SEEN = "() => document.querySelector('.stage')._fullLayout.scene.aspectratio.x"
+
+
+def test_player_zooms_and_keeps_its_camera(browser, results, html):
+    """Keys play and step, buttons and the wheel zoom; what was turned stays so while it plays and
+    follows or not, until the start is asked for again."""
+    tab = browser.new_page(viewport={"width": 1280, "height": 900})
+    tab.goto((results / "page" / "index.html").as_uri())
+    root = tab.locator(".player").first
+    root.scroll_into_view_if_needed()
+    tab.wait_for_selector(".player.ready", timeout=120_000)
+    stage = root.locator(".stage")
+    start, size = tab.evaluate(CAMERA), tab.evaluate(SIZE_SEEN)
+    recording = Recording.open(parts.run_file(results, "l-plate", 30))
+    eye = np.array(player(recording)["eye"])
+    assert np.allclose(start[:3] / np.linalg.norm(start[:3]), eye, atol=1e-5)
+
+    def frame(k):
+        tab.wait_for_function(f"() => document.querySelector('.stage').dataset.frame == {k}")
+
+    def zoomed(ratio):
+        tab.wait_for_function(f"() => Math.abs(({SIZE_SEEN})() / {size} - {ratio}) < 1e-3")
+
+    root.focus()
+    for key, k in (("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
+        root.press(key)
+        frame(k)
+    root.press("Space")
+    tab.wait_for_function("() => document.querySelector('.stage').dataset.frame > 3",
+                          timeout=120_000)
+    root.press("Space")
+    root.locator(".nearer").click()
+    zoomed(1.3)
+    root.locator(".farther").click()
+    zoomed(1.0)
+    box = stage.bounding_box()
+    tab.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
+    tab.wait_for_timeout(400)
+    tab.mouse.wheel(0, -200)
+    zoomed(np.exp(0.3))
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.3 * box["height"], steps=4)
+    tab.mouse.up()
+    turned = tab.evaluate(CAMERA)
+    assert not np.allclose(turned, start, atol=0.1)
+    root.locator(".play").click()
+    tab.wait_for_function("() => document.querySelector('.stage').dataset.frame > 9",
+                          timeout=120_000)
+    root.locator(".play").click()
+    assert np.allclose(tab.evaluate(CAMERA), turned, atol=1e-6)
+    zoomed(np.exp(0.3))
+    for _ in range(2):
+        root.locator(".follow").click()
+        tab.wait_for_timeout(300)
+        assert np.allclose(tab.evaluate(CAMERA), turned, atol=1e-6)
+    zoomed(np.exp(0.3))
+    fingers = tab.context.new_cdp_session(tab)
+    at = {"y": box["y"] + 0.5 * box["height"]}
+    for kind, apart in (("touchStart", 50), ("touchMove", 60), ("touchMove", 75)):
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": box["x"] + 300 + side * apart, "id": k, **at} for k, side in enumerate((-1, 1))]})
+    fingers.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    zoomed(1.5 * np.exp(0.3))
+    assert np.allclose(tab.evaluate(CAMERA), turned, atol=1e-6)
+    root.locator(".whole").click()
+    zoomed(1.0)
+    assert np.allclose(tab.evaluate(CAMERA), start, atol=1e-6)
     tab.close()
 
 

@@ -3,6 +3,12 @@
 (() => {
   document.documentElement.classList.add("js");
   const SECONDS = 12;  // a whole motion at speed 1
+  const FILLED = {true: 0.95, false: 0.75};  // of the stage at zoom 1; axes need room
+  const NEAREST = 50, FARTHEST = 0.4, STEP = 1.3;  // zoom
+  const AWAY = 50;  // the eye of a parallel projection: outside of all that is zoomed
+  const SCROLLING = 300;  // ms in which a wheel that turns the page does not begin to zoom
+  let scrolled = -Infinity;
+  addEventListener("scroll", () => { scrolled = performance.now(); }, {passive: true});
   const byId = id => document.getElementById(id);
 
   async function unpack(text) {
@@ -77,24 +83,43 @@
     return out;
   }
 
-  function scene(d, follow) {
+  // Right and up on the screen of an eye in a direction of unit length, z upwards.
+  function screenOf([x, y, z]) {
+    const r = Math.hypot(x, y);
+    return [[-y / r, x / r, 0], [-z * x / r, -z * y / r, r]];
+  }
+
+  // The box of all frames, and how far they reach from its centre along directions.
+  function reach(d, follow, directions) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    for (let frame = 0; frame < d.frames; frame++)
-      nodesAt(d, frame, follow).forEach((values, axis) => values.forEach(v => {
-        low[axis] = Math.min(low[axis], v);
-        high[axis] = Math.max(high[axis], v);
-      }));
-    const span = high.map((h, axis) => h - low[axis]), largest = Math.max(...span);
-    const half = span.map(s => Math.max(s, 0.15 * largest) * 0.53);
+    const all = Array.from({length: d.frames}, (_, frame) => nodesAt(d, frame, follow));
+    all.forEach(nodes => nodes.forEach((values, axis) => values.forEach(v => {
+      low[axis] = Math.min(low[axis], v);
+      high[axis] = Math.max(high[axis], v);
+    })));
+    const centre = low.map((l, axis) => (l + high[axis]) / 2);
+    const far = directions.map(along => {
+      let most = 0;
+      for (const nodes of all)
+        for (let n = 0; n < d.nodes; n++)
+          most = Math.max(most, Math.abs(along.reduce(
+            (sum, part, axis) => sum + part * (nodes[axis][n] - centre[axis]), 0)));
+      return most;
+    });
+    return {centre, span: high.map((h, axis) => h - low[axis]), far};
+  }
+
+  // Axes about all frames, and the scale by which these fill a stage of such a width over height.
+  function scene(d, follow, shape) {
+    const {centre, span, far} = reach(d, follow, screenOf(d.eye));
+    const half = span.map(s => Math.max(s, 0.15 * Math.max(...span)) * 0.53);
     const axis = k => ({
-      range: [(low[k] + high[k]) / 2 - half[k], (low[k] + high[k]) / 2 + half[k]],
+      range: [centre[k] - half[k], centre[k] + half[k]], visible: !follow,
       title: {text: "xyz"[k] + " [m]", font: {size: 11}}, tickfont: {size: 9}, nticks: 5,
       backgroundcolor: "#fff", gridcolor: "#ddd", zerolinecolor: "#ccc", showspikes: false});
-    const most = Math.max(...half);
-    const [x, y, z] = half.map(h => 1.35 * h / most);
+    const [x, y, z] = half.map(h => 2 * h * FILLED[follow] * Math.min(shape / far[0], 1 / far[1]));
     return {xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "manual",
-      aspectratio: {x, y, z}, uirevision: String(follow), dragmode: "orbit",
-      camera: {eye: {x: 1.15, y: -1.25, z: 0.85}, projection: {type: "orthographic"}}};
+      aspectratio: {x, y, z}, dragmode: "orbit"};
   }
 
   function traces(d) {
@@ -114,13 +139,32 @@
     const part = name => root.querySelector("." + name);
     const stage = part("stage"), button = part("play"), slider = part("time");
     const [Plotly, d] = await Promise.all([plotly(), load(root.dataset.case)]);
-    const layout = {scene: scene(d, true), margin: {l: 0, r: 0, t: 0, b: 0}, autosize: true,
+    const camera = () => ({eye: {x: AWAY * d.eye[0], y: AWAY * d.eye[1], z: AWAY * d.eye[2]},
+      center: {x: 0, y: 0, z: 0}, up: {x: 0, y: 0, z: 1}, projection: {type: "orthographic"}});
+    const shape = () => stage._fullLayout._size.w / stage._fullLayout._size.h;
+    const layout = {scene: {...scene(d, true, 1), camera: camera()}, uirevision: "kept", margin: {l: 0, r: 0, t: 0, b: 0}, autosize: true,
       paper_bgcolor: "rgba(0,0,0,0)", font: {family: "DejaVu Sans, Verdana, sans-serif", color: "#222"}};
     await Plotly.newPlot(stage, traces(d), layout,
       {responsive: true, displaylogo: false, displayModeBar: false, scrollZoom: false});
     const most = Math.max(...d.kinetic.map((value, k) => value + d.strain[k]));
     const joules = (value, digits) => (value > 1e-12 * most ? value : 0).toPrecision(digits);
-    let frame = 0, playing = false, held = false, drawing = false, follow = true, clock, place = 0, ready = 0;
+    let frame = 0, playing = false, held = false, drawing = false, clock, place = 0, ready = 0;
+    let follow = true, zoom = 1, plain = scene(d, follow, shape()), turning = false;
+
+    // The scene at this zoom, seen as it is or by another camera.
+    function look(from) {
+      const {x, y, z} = plain.aspectratio;
+      stage.dataset.zoom = zoom;
+      return Plotly.relayout(stage, {scene: {...plain, camera: from ?? stage.layout.scene.camera,
+        aspectratio: {x: zoom * x, y: zoom * y, z: zoom * z}}});
+    }
+
+    function nearer(factor) {
+      zoom = Math.min(NEAREST, Math.max(FARTHEST, zoom * factor));
+      if (turning) return;
+      turning = true;
+      requestAnimationFrame(() => { turning = false; look(); });
+    }
 
     async function show(k) {
       frame = k;
@@ -153,22 +197,59 @@
       requestAnimationFrame(tick);
     }
 
-    button.addEventListener("click", () => {
-      playing = !playing;
+    function play(on) {
+      playing = on;
       button.textContent = playing ? "❚❚" : "▶";
       button.setAttribute("aria-label", playing ? "pause" : "play");
       clock = performance.now();
       place = frame;
       if (playing) requestAnimationFrame(tick);
-    });
+    }
+
+    button.addEventListener("click", () => play(!playing));
     slider.addEventListener("input", () => { place = Number(slider.value); show(place); });
     part("follow").addEventListener("change", async event => {
       follow = event.target.checked;
-      await Plotly.relayout(stage, {scene: scene(d, follow)});
+      plain = scene(d, follow, shape());
+      await look();
       show(frame);
     });
-    stage.addEventListener("pointerdown", () => { held = true; });
+    part("nearer").addEventListener("click", () => nearer(STEP));
+    part("farther").addEventListener("click", () => nearer(1 / STEP));
+    part("whole").addEventListener("click", () => { zoom = 1; look(camera()); });
+    stage.addEventListener("wheel", event => {
+      if (performance.now() - scrolled < SCROLLING && !event.ctrlKey) return;
+      event.preventDefault();
+      nearer(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1) * (event.ctrlKey ? 6 : 1)));
+    }, {passive: false});
+    let apart = null;  // two fingers
+    const fingers = event => {
+      const [a, b] = event.touches;
+      const now = b ? Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) : null;
+      if (now && apart) nearer(now / apart);
+      apart = now;
+      if (b) { event.preventDefault(); event.stopPropagation(); }
+    };
+    for (const kind of ["touchstart", "touchmove", "touchend", "touchcancel"])
+      stage.addEventListener(kind, fingers, {capture: true, passive: false});
+    root.addEventListener("keydown", event => {
+      const at = event.target, step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+      if (event.ctrlKey || event.altKey || event.metaKey || at.matches("select")) return;
+      if (event.key === " " && !at.matches("button, [type=checkbox]")) play(!playing);
+      else if (step && at !== slider) {
+        play(false);
+        show((frame + step + d.frames) % d.frames);
+      } else if (event.key === "+" || event.key === "-") nearer(STEP ** (event.key + 1));
+      else return;
+      event.preventDefault();
+    });
+    stage.addEventListener("pointerdown", () => {
+      held = true;
+      root.focus({preventScroll: true});
+    }, {capture: true});
     addEventListener("pointerup", () => { held = false; });
+    addEventListener("pointercancel", () => { held = false; });
+    await look(camera());
     await show(0);
     root.classList.add("ready");
   }
