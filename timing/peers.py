@@ -415,6 +415,6 @@ def _line(row):
 
     return head + (f"{row['cpu_ms_per_step']:8.2f} ms, {number('iterations_per_step', '.2f')} it, "
                    f"energy {number('energy_drift', '.1e')}, momenta "
-                   f"{number('linear_momentum_drift', '.0e')} "
-                   f"{number('angular_momentum_drift', '.0e')}, "
+                   f"{number('linear_momentum_drift', '.1e')} "
+                   f"{number('angular_momentum_drift', '.1e')}, "
                    + ("survived" if row["survived"] else f"ended at {row['reached']:.3g} s"))
