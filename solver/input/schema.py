@@ -21,8 +21,10 @@ from pydantic import (
 from ..checks import count, number, positive, text
 from ..dynamics.settings import Settings
 from ..errors import InputError
+from ..model.generators import block, corners_of, sphere_segment
 from ..model.loads import NodalLoad, TimeFunction, line_load
-from ..model.mesh import MOST_ELEMENTS, block, corners_of, join, line_nodes, node_at, sphere_segment
+from ..model.mesh import MOST_ELEMENTS, line_nodes, node_at
+from ..model.meshes import join
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
@@ -152,8 +154,12 @@ class Geometry(_Strict):
         """Nodes, quads, exact normals (None for flat blocks)."""
         fine = [(refinement * n, refinement * m) for n, m in self.divisions]
         if self.sphere:
-            return sphere_segment(self.sphere.radius.value, self.sphere.polar_angles.value, *fine)
-        return *join([block(b.corners, d) for b, d in zip(self.blocks, fine)]), None
+            mesh = sphere_segment(self.sphere.radius.value, self.sphere.polar_angles.value, *fine)
+            normals = np.empty_like(mesh.nodes)
+            normals[mesh.quads] = mesh.normals
+            return mesh.nodes, mesh.quads, normals
+        mesh = join([block(b.corners, d) for b, d in zip(self.blocks, fine)])
+        return mesh.nodes, mesh.quads, None
 
     def rows(self):
         kind = "sphere segment" if self.sphere else f"{len(self.blocks)} blocks"
