@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from corovec.solver.checks import numbers, shown
 from corovec.solver.errors import InputError
-from corovec.solver.input.schema import ModelFile
-from corovec.solver.model.histories import FunctionOfTime
+from corovec.solver.input.model_file import ModelFile
+from corovec.solver.model.histories import CONSTANT, FunctionOfTime
 from corovec.solver.model.loads import NodalLoad
 from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked
@@ -265,16 +265,17 @@ def _nodal_loads(model):
 
 def _case_loads(model, case):
     """The loads of a case by their names."""
-    drawn = []
+    drawn, mesh = [], case.mesh(len(model.quads))
     for load in case.loads:
-        definition = case.histories[load.history]
-        history = definition.function()
-        unit = definition.peak.unit if definition.peak else definition.unit
-        nodes = [one.node for one in load.nodal(model.nodes, model.quads, history)]
+        if not load.force:
+            continue
+        definition = case.histories.get(load.history)
+        history = definition.function() if definition else CONSTANT
+        unit = definition and (definition.peak.unit if definition.peak else definition.unit)
+        nodes = [one.node for one in load.made(mesh)]
         force = np.array(load.force.value) * _peak(history)
-        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)),
-                           "N/m" if load.line else "N", load.history, history,
-                           f"{load.history}(t) [{unit or '–'}]"))
+        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.unit,
+                           load.history, history, f"{load.history}(t) [{unit or '–'}]"))
     return drawn
 
 

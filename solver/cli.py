@@ -150,7 +150,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     definition = read_model(path)
     words = _words(options, path)
     settings = _settings(options, definition.defaults, words)
-    elements = definition.defaults.elements if elements is None else elements
+    elements = definition.elements if elements is None else elements
     with _in_other_words({"membrane": "--membrane"}):
         shell = definition.model(elements, membrane=membrane)
     case = printable(os.path.basename(model))  # of a benchmark its name

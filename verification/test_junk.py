@@ -66,7 +66,7 @@ def good(folder):
 
 
 OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "AccuracyWarning", "InputError",
-            "ResultFileError", "ResultFileWarning", "StepError", "Curve", "warm_up"}
+            "MeshWarning", "ResultFileError", "ResultFileWarning", "StepError", "Curve", "warm_up"}
 """What is handed out and not made by users, or takes nothing."""
 
 FITS = {

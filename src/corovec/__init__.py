@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from .solver.errors import (
         AccuracyWarning,
         InputError,
+        MeshWarning,
         ResultFileError,
         ResultFileWarning,
         StepError,
     )
     from .solver.model.directors import orient
+    from .solver.model.generators import block, cylinder, sphere, sphere_segment
     from .solver.model.histories import (
         Expression,
         Harmonic,
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
         line_moment,
         surface_load,
     )
+    from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
     from .solver.results.frame import data_frame
     from .solver.results.reading import read
@@ -58,12 +61,14 @@ _WHERE = {
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
-    "errors": ("AccuracyWarning", "InputError", "ResultFileError", "ResultFileWarning",
-               "StepError"),
+    "errors": ("AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
+               "ResultFileWarning", "StepError"),
     "model.directors": ("orient",),
+    "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
     "model.loads": ("Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support", "line_load",
                     "line_moment", "surface_load"),
+    "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
     "results.frame": ("data_frame",),
     "results.reading": ("read",),
@@ -76,12 +81,13 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Drift", "Expression", "Gravity", "Harmonic", "InputError", "Model",
-    "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError",
-    "ResultFileWarning", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
-    "Steps", "Support", "TimeFunction", "arc_length", "data_frame", "drift", "line_load",
-    "line_moment", "load_control", "orient", "read", "read_time_function", "rigid_velocity",
-    "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Drift", "Expression", "Gravity", "Harmonic", "InputError", "Mesh",
+    "MeshWarning", "Model", "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result",
+    "ResultFileError", "ResultFileWarning", "Scheme", "Settings", "StaticResult",
+    "StaticSettings", "StepError", "Steps", "Support", "TimeFunction", "arc_length", "block",
+    "cylinder", "data_frame", "drift", "join", "line_load", "line_moment", "load_control",
+    "orient", "read", "read_time_function", "rigid_velocity", "simulate", "solve_linear",
+    "sphere", "sphere_segment", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
