@@ -36,6 +36,7 @@ from .values import (
     Provenance,
     Sourced,
     Strict,
+    Unit,
     in_unit,
     only_one,
     sourced,
@@ -76,7 +77,7 @@ class History(Strict):
     phase: Number = 0.0
     mean: Number = 0.0
     expression: Name | None = None
-    peak: Annotated[Sourced[Number], BeforeValidator(sourced)] | None = None
+    peak: Annotated[Sourced[Number], BeforeValidator(sourced), Unit(None)] | None = None
     unit: str = ""
     provenance: Provenance = "given"
     source: str = ""
@@ -143,10 +144,10 @@ class Load(Strict):
     curve: Name | None = None
     nodes: Name | None = None
     surface: Name | None = None
-    force: Sourced[Point] | None = None
-    moment: Sourced[Point] | None = None
-    pressure: Sourced[Number] | None = None
-    gravity: Sourced[Point] | None = None
+    force: Annotated[Sourced[Point], Unit(None)] | None = None
+    moment: Annotated[Sourced[Point], Unit(None)] | None = None
+    pressure: Annotated[Sourced[Number], Unit(None)] | None = None
+    gravity: Annotated[Sourced[Point], Unit(None)] | None = None
 
     @field_validator("force", "moment", "pressure", "gravity", mode="before")
     @classmethod

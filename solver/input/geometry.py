@@ -53,7 +53,7 @@ class Sphere(Strict):
     """Segment of a sphere between two parallels, about the Z axis, with exact normals.
 
     Attributes:
-        radius: [m].
+        radius: of the middle surface [m].
         polar_angles: of the upper and the lower parallel [deg].
         divisions: elements round (at least 9) and along the meridian (one for every 45 degrees).
     """
@@ -80,8 +80,8 @@ class Cylinder(Strict):
     """Cylinder about the Z axis from z = 0, or a part of it from the X axis on; exact normals.
 
     Attributes:
-        radius: [m].
-        length: [m].
+        radius: of the middle surface [m].
+        length: along the axis [m].
         divisions: elements round and along.
         angle: how far round it goes [deg].
     """

@@ -26,12 +26,12 @@ class Parameters(Strict):
     """Thickness and material.
 
     Attributes:
-        thickness: [m].
+        thickness: of the shell [m].
         thickness_at: instead, arithmetic in the place x, y, z of a node [m], as
             ``0.02 - 0.001 * x``; an element has the mean of its nodes.
         youngs: Young's modulus [Pa].
-        poisson: Poisson's ratio.
-        density: [kg/m^3].
+        poisson: Poisson's ratio [-].
+        density: of the material [kg/m^3].
     """
 
     thickness_at: Name | None = None
@@ -54,10 +54,10 @@ class Group(Strict):
     """What a group of elements has of its own, by the name of the group.
 
     Attributes:
-        thickness: [m].
+        thickness: of the shell [m].
         youngs: Young's modulus [Pa].
-        poisson: Poisson's ratio.
-        density: [kg/m^3].
+        poisson: Poisson's ratio [-].
+        density: of the material [kg/m^3].
     """
 
     thickness: in_unit("m", Positive) | None = None
@@ -89,7 +89,7 @@ class Defaults(Strict):
     Attributes:
         elements: the mesh, by its number of elements; the coarsest without it.
         dt: time step [s].
-        end_time: [s].
+        end_time: at which it ends [s].
     """
 
     elements: Count | None = None
@@ -122,7 +122,7 @@ class Dynamic(Strict):
     Attributes:
         kind: ``dynamic``.
         dt: time step [s].
-        end_time: [s].
+        end_time: at which it ends [s].
         loads: names of those that act; all without it.
     """
 

@@ -46,9 +46,14 @@ class Strict(BaseModel):
 
 @dataclass(frozen=True)
 class Unit:
-    """What a plain value of a field is in, for the reference of the format."""
+    """What a plain value of a field is in; None where that follows from other fields."""
 
-    unit: str
+    unit: str | None
+
+    def __get_pydantic_json_schema__(self, core, handler):
+        """A plain value, or the table of a ``Sourced`` one."""
+        table = handler(core)
+        return {"anyOf": [handler.resolve_ref_schema(table)["properties"]["value"], table]}
 
 
 class Sourced(Strict, Generic[T]):
