@@ -16,9 +16,9 @@ from ..errors import InputError
 from . import abaqus
 from .mesh import coincident, edge_keys, element_edges, few_enough
 
-UNKNOWN = ("its suffix is that of no mesh that meshio knows, as .msh, .inp, .bdf, .vtu, .vtk, "
-           ".xdmf, .med, .stl")
-"""What is said of a file of another kind."""
+READ = (".msh", ".inp", ".bdf", ".nas", ".fem", ".vtu", ".vtk", ".xdmf", ".med", ".mesh", ".stl",
+        ".obj")
+"""Formats whose damaged files meshio ends with an error; readers of others may not end at all."""
 
 WRITTEN = (".msh", ".inp", ".bdf", ".vtu", ".vtk", ".xdmf", ".med")
 """Formats that hold a mesh of quads with names, or numbers of groups, as we read it."""
@@ -95,8 +95,8 @@ def _contained(path):
             raise ValueError("there is no such file")
         if not path.is_file():
             raise ValueError("it is not a regular file")
-        if suffix not in meshio.extension_to_filetypes:
-            raise ValueError(UNKNOWN)
+        if suffix not in READ:
+            raise ValueError(f"its suffix must be one of {', '.join(READ)}")
         if not path.stat().st_size:
             raise ValueError("it is empty")
         if suffix == ".inp":
