@@ -16,9 +16,12 @@ from ..errors import InputError
 from . import abaqus
 from .mesh import coincident, edge_keys, element_edges, few_enough
 
-UNKNOWN = ("its suffix is that of no mesh that meshio knows, as .msh, .inp, .bdf, .vtu, .vtk, "
-           ".xdmf, .med, .stl")
-"""What is said of a file of another kind."""
+READ = (".msh", ".inp", ".bdf", ".nas", ".fem", ".vtu", ".vtk", ".xdmf", ".med", ".mesh", ".stl",
+        ".obj")
+"""Formats whose damaged files meshio ends with an error; readers of others may not end at all."""
+
+WRITTEN = (".msh", ".inp", ".bdf", ".vtu", ".vtk", ".xdmf", ".med")
+"""Formats that hold a mesh of quads with names, or numbers of groups, as we read it."""
 
 MOST_VALUES = 1000
 """Different numbers in integer data of the cells that are taken for numbers of groups."""
@@ -92,8 +95,8 @@ def _contained(path):
             raise ValueError("there is no such file")
         if not path.is_file():
             raise ValueError("it is not a regular file")
-        if suffix not in meshio.extension_to_filetypes:
-            raise ValueError(UNKNOWN)
+        if suffix not in READ:
+            raise ValueError(f"its suffix must be one of {', '.join(READ)}")
         if not path.stat().st_size:
             raise ValueError("it is empty")
         if suffix == ".inp":
@@ -146,6 +149,8 @@ def _faces(data, reduce):
                          "one of first order")
     named = _names(data, dims)
     faces = np.concatenate([rows for dim, rows, _ in blocks if dim == 2])
+    collapsed = faces[:, 3] == faces[:, 2]  # a triangle, as some programs write it
+    faces[collapsed, 3] = faces[collapsed, 0]
     starts = np.cumsum([0] + [len(rows) * (dim == 2) for dim, rows, _ in blocks])
     groups, lines = {}, {}
     sets = {name: np.asarray(numbers, dtype=np.int64).ravel()
@@ -208,9 +213,10 @@ def _names(data, dims):
         if name not in GEOMETRY:
             found += [(name, k, np.asarray(members, dtype=np.int64))
                       for k, members in enumerate(parts) if members is not None and len(members)]
+    tags = data.field_data.items() if "gmsh:physical" in data.cell_data else ()
     # None: cells of this number are in a set already
     names = {(int(tag), int(dim)): None if name in data.cell_sets else name
-             for name, (tag, dim) in data.field_data.items()}
+             for name, (tag, dim) in tags}
     for key, parts in data.cell_data.items():
         parts = [np.ravel(part) for part in parts]
         values = np.unique(np.concatenate(parts))
@@ -231,7 +237,7 @@ def _names(data, dims):
 def _flags(point_data):
     """Node sets that are given as data of 0 and 1."""
     return [(name, np.flatnonzero(values)) for name, values in point_data.items()
-            if np.ndim(values) == 1 and np.asarray(values).dtype.kind in "iub"
+            if name not in TAGS and np.ndim(values) == 1 and np.asarray(values).dtype.kind in "iub"
             and set(np.unique(values).tolist()) == {0, 1}]
 
 
@@ -264,6 +270,12 @@ def _merged(found, tolerance):
     """``found`` with nodes at one place made one, and a note."""
     kept, rank = coincident(found.nodes, found.faces, tolerance)
     gone = len(found.nodes) - len(kept)
+    edges = element_edges(found.faces)
+    short = (rank[edges[:, 0]] == rank[edges[:, 1]]) & (edges[:, 0] != edges[:, 1])
+    if short.any():
+        i, j = edges[np.argmax(short)]
+        raise InputError(f"element {np.argmax(short) // 4}: its nodes {i} and {j} would be merged, "
+                         "give a smaller tolerance")
     return _renumbered(found, kept, rank), [f"{gone} nodes merged into others"] * bool(gone)
 
 
@@ -337,8 +349,9 @@ def write(path, mesh, overwrite):
     """``Mesh.write``."""
     import meshio
     path, suffix = Path(path), Path(path).suffix.lower()
-    if suffix not in meshio.extension_to_filetypes:
-        raise InputError(f"{path} cannot be written: {UNKNOWN}")
+    if suffix not in WRITTEN:
+        raise InputError(f"{path} cannot be written: its suffix must be one of "
+                         f"{', '.join(WRITTEN)}")
     if path.exists() and not overwrite:
         raise InputError(f"{path} exists already: overwrite=True replaces it")
     try:
@@ -347,13 +360,13 @@ def write(path, mesh, overwrite):
                 path.write_text(abaqus.text(mesh), encoding="utf-8")
             elif suffix == ".msh":
                 meshio.write(path, _tagged(mesh, "gmsh:physical"), "gmsh22")
-            elif suffix in (".bdf", ".fem", ".nas"):
+            elif suffix == ".bdf":
                 data = _tagged(mesh, "nastran:ref")
                 # its fields of 16 characters hold no more digits
                 data.points = np.vectorize(lambda x: float(f"{x:.9e}"))(data.points)
                 meshio.write(path, data)
             else:
-                meshio.write(path, _flagged(mesh))
+                meshio.write(path, _flagged(mesh, "_" if suffix == ".vtk" else " "))
     except (Exception, SystemExit) as error:
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise InputError(f"{path} cannot be written: {' '.join(reason.split())[:150]}") from None
@@ -389,8 +402,8 @@ def _tagged(mesh, key):
         name: np.array(pair) for name, pair in names.items()})
 
 
-def _flagged(mesh):
-    """``meshio.Mesh`` with data of 0 and 1 for every name."""
+def _flagged(mesh, space):
+    """``meshio.Mesh`` with data of 0 and 1 for every name, ``space`` for spaces in it."""
     import meshio
     blocks = [("quad", mesh.quads), *(("line", rows) for rows in mesh.lines.values() if len(rows))]
     lines = [name for name, rows in mesh.lines.items() if len(rows)]
@@ -400,9 +413,10 @@ def _flagged(mesh):
         flags[0][mesh.groups.get(name, [])] = 1
         if name in lines:
             flags[1 + lines.index(name)][:] = 1
-        data[name] = flags
+        data[name.replace(" ", space)] = flags
     points = {}
     for name, numbers in mesh.node_sets.items():
         if name not in mesh.lines:
-            points[name] = np.isin(np.arange(len(mesh.nodes)), numbers).astype(np.int32)
+            points[name.replace(" ", space)] = np.isin(np.arange(len(mesh.nodes)),
+                                                       numbers).astype(np.int32)
     return meshio.Mesh(mesh.nodes, blocks, cell_data=data, point_data=points)

@@ -33,9 +33,6 @@ from .loads import COMPONENTS, Gravity, NodalLoad, NodalMoment, Pressure, Suppor
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 
-PROPERTIES = ("thickness", "youngs", "poisson", "density")
-"""What an element has one of."""
-
 LOADS = (NodalLoad, NodalMoment, Pressure, Gravity)
 
 STEEPEST_COMPONENT = 0.75
@@ -120,21 +117,22 @@ class Model:
         self._check_normal_velocity()
 
     @classmethod
-    def of(cls, mesh, **properties):
+    def of(cls, mesh, thickness, youngs, poisson, density, **options):
         """A model of a ``Mesh``: its nodes, quads and exact normals.
 
         Args:
             mesh: ``Mesh``.
-            properties: as of ``Model``; thickness, youngs, poisson and density also by groups of
-                elements, ``{group: value}``.
+            thickness, youngs, poisson, density: as of ``Model``, or by groups of elements,
+                ``{group: value}``.
+            options: as of ``Model``.
 
         Raises:
             InputError: as of ``Model``, or of ``Mesh.per_element``.
         """
         instance("mesh", mesh, Mesh)
-        by_group = {name: mesh.per_element(value) for name, value in properties.items()
-                    if name in PROPERTIES and isinstance(value, Mapping)}
-        return cls(mesh.nodes, mesh.quads, **{"normals": mesh.normals, **properties, **by_group})
+        values = (mesh.per_element(value) if isinstance(value, Mapping) else value
+                  for value in (thickness, youngs, poisson, density))
+        return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
 
     def __setstate__(self, state):
         """Arrays come writable out of a pickle: read-only again, which is also the type for which
