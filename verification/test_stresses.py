@@ -290,7 +290,10 @@ def test_plates_of_a_fold_are_not_mixed():
     (Configuration(np.zeros((6, 3)), np.ones((6, 3))), (0.0, 0.0, 1.0),
      r"axes \(0, 0, 1\) are no direction in the surface of element 0"),
     (Configuration(np.zeros((6, 3)), np.ones((6, 3))), (0.0, 0.0, 0.0), r"axes \(0, 0, 0\)"),
-    (Configuration(np.zeros((6, 3)), np.ones((6, 3))), "x", "axes must be three numbers")])
+    (Configuration(np.zeros((6, 3)), np.ones((6, 3))), "x", "axes must be three numbers"),
+    (Configuration(np.zeros((6, 3)), np.ones((6, 3)), "no"), None, "state.linear must be True or"),
+    (Configuration(-rectangle(2.0, 1.0, (2, 1)).nodes, np.ones((6, 3))), None,
+     "state: element 0 has no stresses")])
 def test_wrong_arguments(state, axes, told):
     with pytest.raises(InputError, match=told):
         stresses(rectangle(2.0, 1.0, (2, 1)), state, axes)

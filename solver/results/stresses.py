@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import floats
+from ..checks import flag, floats
 from ..errors import InputError
 from ..model.constants import apart, local_frames
 from ..model.model import Model
@@ -163,18 +163,24 @@ def stresses(model: Model, state: Configuration, axes: Vector = None):
         ``Stresses``.
 
     Raises:
-        InputError: an argument of another kind, a configuration of another model, or a direction
-            along the normal of an element.
+        InputError: an argument of another kind, a configuration of another model or one that has
+            no stresses, or a direction along the normal of an element.
     """
     u = floats("state.displacement", state.displacement, model.nodes.shape)
     p = floats("state.directors", state.directors, model.normals.shape)
-    if state.linear:
-        e, b = (values.imag / STEP for values in measures(
-            model, 1j * STEP * u, model.normals + 1j * STEP * p))
-        u, p = np.zeros_like(u), model.normals
-    else:
-        e, b = measures(model, u, p)
-    return recovered(model, e, b, u, p, axes)
+    with np.errstate(all="ignore"):
+        if flag("state.linear", state.linear):
+            e, b = (values.imag / STEP for values in measures(
+                model, 1j * STEP * u, model.normals + 1j * STEP * p))
+            u, p = np.zeros_like(u), model.normals
+        else:
+            e, b = measures(model, u, p)
+        found = recovered(model, e, b, u, p, axes)
+        finite = np.isfinite(found.von_mises).all(axis=1)
+    if not finite.all():
+        raise InputError(f"state: element {np.argmin(finite)} has no stresses, its corners "
+                         "coincide or are too far apart")
+    return found
 
 
 def recovered(model, e, b, displacement, directors, axes=None):
