@@ -31,7 +31,8 @@ SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
 def plot(files, output, formats, at, interval, scale, view, overwrite):
     """Figures of result FILES, of runs or static paths, finished or not, each with its data as CSV.
 
-    Mesh and loads, energies, momenta and the motion for each FILE; displacements and, of several
+    Mesh and loads, energies, momenta, the motion and, where stresses are recorded, those at the end
+    for each FILE; displacements and, of several
     FILES of one case, total energies for all together.
 
     \b

@@ -279,10 +279,9 @@ def density_scale(density):
     return ScalarMappable(Normalize(0.0, top), COLOURS)
 
 
-def density_bar(figure, scale, density, axes, **place):
+def density_bar(figure, scale, density, axes, label="strain energy density [J/m²]", **place):
     """The colour bar of ``density_scale``."""
     beyond = "max" if density.max() > scale.norm.vmax else "neither"
-    bar = figure.colorbar(scale, ax=axes, extend=beyond, label="strain energy density [J/m²]",
-                          **place)
+    bar = figure.colorbar(scale, ax=axes, extend=beyond, label=label, **place)
     bar.outline.set_linewidth(0.5)
     return bar

@@ -140,6 +140,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     from .dynamics.simulation import simulate
     from .input.files import find_model, read_model
     from .results.files import RUN, writable_path
+    from .runtime.provenance import body
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
@@ -171,7 +172,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
     _show({"case": case, "elements": elements, "nodes": len(shell.nodes), "membrane": membrane,
-           "edges": shell.folds._asdict(), **asdict(settings), "solver": result.solver,
+           "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
+           "solver": result.solver,
            **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
@@ -190,8 +192,9 @@ def _options(field):
     unit = f" [{about['unit']}]" if about["unit"] else ""
     given = field.default is not MISSING
     rest = "" if given else "  Default: the model file's."
-    return [click.Option([_option(called(field))], type=field.type,
-                         default=field.default if given else None, show_default=given,
+    return [click.Option([_option(called(field))], type=field.type, is_flag=field.type is bool,
+                         default=field.default if given else None,
+                         show_default=given and field.type is not bool,
                          help=f"{about['help'].removesuffix('.')}{unit}.{choices}{rest}")]
 
 
@@ -259,7 +262,7 @@ def info(file, as_json):
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
-        "edges": description["edges"],
+        "edges": description["edges"], "body": description["body"],
         **description["settings"], "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome,
@@ -324,6 +327,7 @@ def _static_summary(history):
     return {
         "factor": float(last["factor"]), "largest_factor": float(history["factor"].max()),
         "strain_energy": float(last["strain_energy"]), "reaction": last["reaction"].tolist(),
+        "reaction_moment": last["reaction_moment"].tolist(),
         "iterations": int(history["iterations"].sum()), "load_steps": int(history["steps"].sum()),
         "indefinite_tangents": _indefinite(history)}
 
@@ -333,8 +337,9 @@ def _indefinite(history):
     return None if history["indefinite"].min() < 0 else int(history["indefinite"].sum())
 
 
-UNITS = {"edges": "deg", "dt": "s", "length": "m", "reaction": "N", "end_time": "s", "time": "s",
-         "kinetic_energy": "J", "strain_energy": "J", "total_energy": "J", "external_work": "J",
+UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "reaction": "N",
+         "reaction_moment": "N m", "end_time": "s", "time": "s", "kinetic_energy": "J",
+         "strain_energy": "J", "total_energy": "J", "external_work": "J",
          "linear_momentum": "kg m/s", "angular_momentum": "kg m^2/s", "unloaded_at": "s",
          "seconds": "s"}
 
@@ -359,5 +364,5 @@ def _number(value):
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):
-        return "(" + ", ".join(f"{v:.6g}" for v in value) + ")"
+        return "(" + ", ".join(map(_number, value)) + ")"
     return printable(value)

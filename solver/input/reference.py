@@ -84,7 +84,8 @@ def _inside(annotation):
 
 def _keys(kind, examples):
     about = _attributes(kind)
-    return [Key(name, field.is_required(), _default(field.default), about[name], examples[name]) for name, field in kind.model_fields.items()]
+    return [Key(name, field.is_required(), _default(field.default), about[name], examples[name])
+            for name, field in kind.model_fields.items()]
 
 
 def _default(default):

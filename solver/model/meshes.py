@@ -107,8 +107,8 @@ class Mesh:
         ``.msh`` (Gmsh 2.2 and 4.1), ``.inp`` (Abaqus), ``.bdf`` (Nastran), ``.vtu``, ``.vtk``,
         ``.xdmf``, ``.med``, ``.mesh``, ``.stl``, ``.obj``.  Physical groups and sets arrive by
         name: those of faces as ``groups``, of points and curves as ``node_sets``, of curves as
-        ``lines`` as well; numbers of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face are left out and elements
-        turned that run against the first of their part; a ``MeshWarning`` says how many.  Nodes
+        ``lines`` as well; numbers of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face
+        are left out and elements turned that run against the first of their part; a ``MeshWarning`` says how many.  Nodes
         and elements are numbered from 0, in the order of the file.
 
         Args:

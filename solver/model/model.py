@@ -27,8 +27,9 @@ from ..errors import InputError
 from ..kernels.arguments import Elements
 from ..names import listed
 from ..signatures import Vector, checked
-from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
+from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
+from .inertia import mass_properties
 from .loads import COMPONENTS, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
@@ -205,6 +206,32 @@ class Model:
         for name in ("y0", "r0", "l", "Q", "k_b"):
             constants[name] = side_by_side(constants[name])
         return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
+
+    @cached_property
+    def recovery(self):
+        """Operators of the stress resultants at the centres of all elements, ``Recovery``."""
+        return recovery(self.nodes[self.quads], self.thickness, self.youngs, self.poisson,
+                        membrane=self.membrane, shear=self.shear)
+
+    @cached_property
+    def mass_properties(self):
+        """``MassProperties`` of the initial shell."""
+        return mass_properties(self.elements, self.nodes, self.normals)
+
+    @property
+    def mass(self):
+        """Mass [kg]."""
+        return self.mass_properties.mass
+
+    @property
+    def centre(self):
+        """(3,) centre of mass [m]."""
+        return self.mass_properties.centre
+
+    @property
+    def inertia(self):
+        """(3, 3) inertia about the centre of mass, rotary inertia included [kg m^2]."""
+        return self.mass_properties.inertia
 
     @property
     def nodal_mass(self):

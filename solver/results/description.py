@@ -31,6 +31,7 @@ class _Settings(_Strict):
     newton: _Newton
     solver: str
     frame_every: int
+    stresses: bool
 
 
 class _StaticSettings(_Strict):
@@ -39,6 +40,7 @@ class _StaticSettings(_Strict):
     max_iterations: int
     fast_iterations: int
     max_divisions: int
+    stresses: bool
 
 
 class _LoadControl(_StaticSettings):
@@ -73,12 +75,22 @@ class _Edges(_Strict):
     largest_smooth: float | None
 
 
+_Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class _Body(_Strict):
+    mass: float
+    centre: _Vector
+    inertia: Annotated[list[_Vector], Field(min_length=3, max_length=3)]
+
+
 class _Description(_Strict):
     case: str | None
     fingerprint: str
     nodes: int
     elements: int
     edges: _Edges
+    body: _Body
     membrane: str
     shear: str
     solver: str
@@ -90,6 +102,7 @@ class _Description(_Strict):
 
 class _Dynamics(_Description):
     settings: _Settings
+    probes: dict[str, int]
 
 
 class _Statics(_Description):
@@ -112,4 +125,8 @@ def parsed(text, sizes):
         raise ValueError(f"{place}: {first['msg']}") from None
     if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
         raise ValueError("description is of another mesh")
+    told = (description["supported"], description["settings"]["stresses"],
+            set(description.get("probes", ())))
+    if told != (sizes.supported, sizes.stresses, set(sizes.probes)):
+        raise ValueError("description tells of other fields or probes")
     return description

@@ -19,6 +19,7 @@ from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
 from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
 from .numbering import number_dofs
+from .reactions import Supported
 from .rounding import EPS
 from .state import blank_place
 
@@ -55,6 +56,7 @@ class System:
         self.coordinates = Charts(model, self.numbering, follow)
         fixed = self.coordinates.fixed
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
+        self._supported = Supported(model, self.numbering, fixed)
         self._dead = DeadLoads(model, self.numbering)
         self.all_dead = not (self._items or self._dead.any_moment)
         if full_tangent and not self.all_dead:
@@ -169,6 +171,14 @@ class System:
         if tangent and not self.all_dead:
             self._add_followers(Iterate(state, step, delta), loads)
 
+    def reactions(self, state, place, step, loads, averaged=False):
+        """``Reactions`` of the iterate that was assembled last, of the same arguments; forces and
+        moments are those of the generalized midpoint."""
+        work = self._work
+        x = state.x + (1.0 - step.alpha_f) * work.dx
+        return self._supported.reactions(self.residual, work, x, loads.dead.moments,
+                                         (work.p_end, place.start.p) if averaged else None)
+
     def _add_followers(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
         solver, step = self.solver, iterate.step
@@ -191,6 +201,11 @@ class System:
     def displacement(self, state):
         """(n_nodes, 3) displacements since t = 0 [m]."""
         return state.x - self.model.nodes + state.x_low
+
+    def at_node(self, state, node):
+        """Displacement since t = 0 [m] and velocity [m/s] of a node, (3,) each."""
+        return (state.x[node] - self.model.nodes[node] + state.x_low[node],
+                state.velocity[self.translations[node]])
 
     def mean_velocity(self, observed):
         """Rates (n_dof,) of the translation of a free shell with its mass centre; zero of one with

@@ -49,10 +49,11 @@ if TYPE_CHECKING:
     from .solver.model.model import Model, rigid_velocity
     from .solver.results.frame import data_frame
     from .solver.results.reading import read
+    from .solver.results.stresses import Configuration, Stresses, stresses
     from .solver.statics.arc_length import arc_length
     from .solver.statics.linear import solve_linear
     from .solver.statics.load_control import load_control
-    from .solver.statics.result import StaticResult
+    from .solver.statics.result import LinearResult, StaticResult
     from .solver.statics.settings import StaticSettings
 
 _WHERE = {
@@ -72,22 +73,24 @@ _WHERE = {
     "model.model": ("Model", "rigid_velocity"),
     "results.frame": ("data_frame",),
     "results.reading": ("read",),
+    "results.stresses": ("Configuration", "Stresses", "stresses"),
     "statics.arc_length": ("arc_length",),
     "statics.linear": ("solve_linear",),
     "statics.load_control": ("load_control",),
-    "statics.result": ("StaticResult",),
+    "statics.result": ("LinearResult", "StaticResult"),
     "statics.settings": ("StaticSettings",),
 }
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Drift", "Expression", "Gravity", "Harmonic", "InputError", "Mesh",
-    "MeshWarning", "Model", "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result",
-    "ResultFileError", "ResultFileWarning", "Scheme", "Settings", "StaticResult",
-    "StaticSettings", "StepError", "Steps", "Support", "TimeFunction", "arc_length", "block",
-    "cylinder", "data_frame", "drift", "join", "line_load", "line_moment", "load_control",
-    "orient", "read", "read_time_function", "rigid_velocity", "simulate", "solve_linear",
-    "sphere", "sphere_segment", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Configuration", "Drift", "Expression", "Gravity", "Harmonic",
+    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "Newton", "NodalLoad",
+    "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
+    "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses", "Support",
+    "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
+    "line_load", "line_moment", "load_control", "orient", "read", "read_time_function",
+    "rigid_velocity", "simulate", "solve_linear", "sphere", "sphere_segment", "stresses",
+    "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
