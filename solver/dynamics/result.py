@@ -52,6 +52,8 @@ class Result:
         displacement: (n_nodes, 3) at the end [m].
         normals: (n_nodes, 3) at the end, at a junction that of its first plate.
         directors: (n_directors, 3) at the end, all of them.
+        velocity: (n_nodes, 3) at the end [m/s].
+        director_rates: (n_directors, 3) of all normals at the end [1/s].
         unloaded_at: time from which no load acts [s].
         supported: whether the model has supports.
         solver: the linear solver that ran.
@@ -63,6 +65,8 @@ class Result:
     displacement: np.ndarray
     normals: np.ndarray
     directors: np.ndarray
+    velocity: np.ndarray
+    director_rates: np.ndarray
     unloaded_at: float
     supported: bool
     solver: str
@@ -81,8 +85,9 @@ class Result:
 
     @property
     def state(self):
-        """``Configuration`` at the end, for ``stresses``."""
-        return Configuration(self.displacement, self.directors)
+        """``Configuration`` at the end, for ``stresses``, and for another run to start from."""
+        return Configuration(self.displacement, self.directors, velocity=self.velocity,
+                             director_rates=self.director_rates)
 
     @property
     def probes(self):

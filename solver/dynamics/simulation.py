@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import existing, integer, shown, single, vector
+from ..checks import existing, floats, integer, shown, single, vector
 from ..errors import InputError
 from ..model.mesh import node_at
 from ..model.model import Model
@@ -16,6 +16,7 @@ from ..results.files import output_path
 from ..results.layout import probed
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
+from ..results.stresses import Configuration
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
@@ -49,8 +50,8 @@ def probes_of(name, given):
 @checked
 def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
              resume: bool = False, progress: Callable = None, case: str = None,
-             probes: Annotated[dict, probes_of] = None):
-    """Run ``model`` from rest (or its initial velocities) to ``settings.end_time``.
+             probes: Annotated[dict, probes_of] = None, start: Configuration = None):
+    """Run ``model`` from rest (or its initial velocities, or ``start``) to ``settings.end_time``.
 
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
 
@@ -64,6 +65,8 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         case: name of the benchmark or the model file, stored with the result.
         probes: ``{name: node}``, or its initial place (x, y, z) [m]: nodes whose displacement and
             velocity are kept of every step.
+        start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
+            with its velocities; supports hold what is held where it is.
 
     Returns:
         ``Result``.
@@ -83,10 +86,31 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
     output = output_path(output, overwrite, resume)
     probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
+    start = None if start is None else _start(model, start)
     _check_memory(model, settings, probed(probes))
     _check_impulses(model, settings)
     with threadpool_limits(1), told():
-        return _simulate(model, settings, output, overwrite, resume, progress, case, probes)
+        return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
+                         start)
+
+
+def _start(model, start):
+    """A ``Configuration`` to start from, checked, with rates."""
+    if start.linear:
+        raise InputError("start is a linear solution, which is no equilibrium: take a state of "
+                         "load_control")
+    if np.any(model.velocity) or np.any(model.normal_velocity):
+        raise InputError("start has its own velocities, the model must have none")
+    still = Configuration(np.zeros_like(model.nodes), np.zeros_like(model.normals))
+    u = floats("start.displacement", start.displacement, model.nodes.shape)
+    p = floats("start.directors", start.directors, model.normals.shape)
+    v, w = (floats(f"start.{name}", none if getattr(start, name) is None else getattr(start, name),
+                   none.shape) for name, none in (("velocity", still[0]),
+                                                  ("director_rates", still[1])))
+    off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
+    if off.max() > 1e-9:
+        raise InputError(f"start.directors[{off.argmax()}] is no unit vector")
+    return Configuration(u, p, False, v, w)
 
 
 def _node(model, name, place):
@@ -101,10 +125,10 @@ def _node(model, name, place):
         raise InputError(message if name in message else f"probes: {name}: {message}") from None
 
 
-def _simulate(model, settings, output, overwrite, resume, progress, case, probes):
+def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
     system = System(model, settings.solver, settings.scheme.axes == "nodal")
     stepper = Stepper(system, settings.scheme, settings.newton)
-    run = _Run(system, settings, probes)
+    run = _Run(system, settings, probes, start)
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
@@ -120,8 +144,9 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     seconds.total = time.perf_counter() - clock
     review(settings.scheme, run.history, system.roundoff_work(0.0))
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
-                  run.place.start.p, model.unloaded_at, bool(model.supports), system.solver.name,
-                  seconds, settings)
+                  run.place.start.p, system.coordinates.velocity(run.state).copy(),
+                  run.place.start.p_dot, model.unloaded_at, bool(model.supports),
+                  system.solver.name, seconds, settings)
 
 
 class _Run:
@@ -135,9 +160,11 @@ class _Run:
         frame_of_step: number of the frame of each step that has one.
     """
 
-    def __init__(self, system, settings, probes):
+    def __init__(self, system, settings, probes, start):
         self._system, self._settings, self._probes = system, settings, probes
-        self.state = system.initial_state()
+        self._start = start and (start.displacement, start.directors, start.velocity,
+                                 start.director_rates)
+        self.state = system.initial_state(start)
         self.place = system.observe(self.state)
         self.history = np.zeros(settings.n_steps + 1, dtype=probed(probes))
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
@@ -150,7 +177,7 @@ class _Run:
         """Write to a new file, or take over the state of the one to be continued."""
         model, settings = self._system.model, self._settings
         description = describe(model, settings, self._system.solver.name, case,
-                               self._probes)
+                               self._probes, self._start)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
                                                               self.state, settings.frame_steps)

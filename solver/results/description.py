@@ -103,6 +103,7 @@ class _Description(_Strict):
 class _Dynamics(_Description):
     settings: _Settings
     probes: dict[str, int]
+    start: str | None
 
 
 class _Statics(_Description):

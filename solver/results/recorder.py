@@ -172,6 +172,9 @@ def _check_same_run(path, there, here):
         if stored.get(key) != value:
             raise ResultFileError(f"{path} is from other parameters: {key} is {stored.get(key)} "
                                   f"there and {value} here")
+    if there.get("start") != here.get("start"):
+        raise ResultFileError(f"{path} is from other parameters: it starts from another "
+                              "configuration")
     if there.get("probes") != here.get("probes"):
         raise ResultFileError(f"{path} is from other parameters: probes are {there.get('probes')} "
                               f"there and {here.get('probes')} here")

@@ -43,11 +43,15 @@ class Configuration(NamedTuple):
         displacement: (n_nodes, 3) [m].
         directors: (n_directors, 3) unit normals, or their changes where it is linear.
         linear: whether both are small, and strains linear in them.
+        velocity: (n_nodes, 3) [m/s]; None at rest.
+        director_rates: (n_directors, 3) [1/s]; None at rest.
     """
 
     displacement: np.ndarray
     directors: np.ndarray
     linear: bool = False
+    velocity: np.ndarray = None
+    director_rates: np.ndarray = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -76,8 +76,9 @@ class System:
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
 
-    def initial_state(self):
-        """State at t = 0: the initial configuration and velocities, U_ddot from Eq. (55).
+    def initial_state(self, start=None):
+        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot
+        from Eq. (55).
 
         Warns:
             UserWarning: no load does anything.
@@ -86,7 +87,7 @@ class System:
             InputError: a supported component has an initial velocity.
         """
         check_acting(self.model)
-        state = self.coordinates.initial_state(self.model)
+        state = self.coordinates.initial_state(self.model, start)
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
