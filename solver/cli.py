@@ -146,15 +146,24 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
     if output is not None:
-        output = str(writable_path(output, overwrite or resume, RUN))
+        output = writable_path(output, overwrite or resume, RUN)
     path = find_model(model)
     definition = read_model(path)
-    words = _words(options, path)
-    settings = _settings(options, definition.defaults, words)
     elements = definition.elements if elements is None else elements
-    with _in_other_words({"membrane": "--membrane"}):
-        shell = definition.model(elements, membrane=membrane)
     case = printable(os.path.basename(model))  # of a benchmark its name
+    files = {"overwrite": overwrite, "resume": resume}
+    start, static = None, {}
+    if definition.static:
+        start, static = _equilibrium(definition, elements, membrane, output, files)
+    if definition.dynamic is None:
+        return _show({"case": case, **static}, as_json)
+    words = _words(options, path)
+    options["stresses"] = options["stresses"] or definition.output.stresses
+    options["frame_every"] = options["frame_every"] or definition.output.frame_every
+    settings = _settings(options, definition.dynamic, words)
+    with _in_other_words({"membrane": "--membrane"}):
+        shell = definition.model(elements, loads=definition.dynamic.loads, membrane=membrane)
+    probes = {name: point.value for name, point in definition.points.items()}
     if not as_json:
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
@@ -164,18 +173,44 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     with _Progress(settings.n_steps, shell.unloaded_at) as progress:
         try:
             with _in_other_words(words), _in_file(definition, path, elements):
-                result = simulate(shell, settings, output=output, overwrite=overwrite,
-                                  resume=resume, progress=progress, case=case)
+                result = simulate(shell, settings, output=output, progress=progress, case=case,
+                                  probes=probes, start=start, **files)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
-    _show({"case": case, "elements": elements, "nodes": len(shell.nodes), "membrane": membrane,
+    _show({"case": case, **({"static": static} if static else {}), "elements": elements,
+           "nodes": len(shell.nodes), "membrane": membrane,
            "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
            "solver": result.solver,
            **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
+
+
+def _equilibrium(definition, elements, membrane, output, files):
+    """The static step of a model file: its last state, and its summary.  Where a dynamic step
+    follows, its file has -static in its name."""
+    import numpy as np
+
+    from .statics.load_control import load_control
+    from .statics.settings import StaticSettings
+    static, followed = definition.static, definition.dynamic is not None
+    with _in_other_words({"membrane": "--membrane"}):
+        shell = definition.model(elements, loads=static.loads, rising=followed, membrane=membrane)
+    if output is not None and followed:
+        output = output.with_stem(f"{output.stem}-static")
+    factors = np.linspace(0.0, 1.0, static.increments + 1)[1:]
+    result = load_control(shell, factors, StaticSettings(stresses=definition.output.stresses),
+                          output=output, **files)
+    largest = np.linalg.norm(result.displacement[-1], axis=1)
+    return result.states[-1], {
+        "elements": elements, "nodes": len(shell.nodes), "load_factor": 1.0,
+        "strain_energy": float(result.strain_energy[-1]),
+        "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
+        "reaction": result.reactions[-1].sum(axis=0).tolist(),
+        "reaction_moment": result.reaction_moment[-1].tolist(),
+        "iterations": int(result.iterations.sum()), "output": output and str(output)}
 
 
 def _settings_options():

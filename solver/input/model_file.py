@@ -17,7 +17,19 @@ from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
 from .acting import Held, History, Load, RigidMotion
 from .geometry import Geometry, Refinement
-from .values import Count, Name, Number, Point, Positive, Strict, Title, columns, in_unit, within
+from .values import (
+    Count,
+    Name,
+    Number,
+    Point,
+    Positive,
+    Probe,
+    Strict,
+    Title,
+    columns,
+    in_unit,
+    within,
+)
 
 PROPERTIES = ("thickness", "youngs", "poisson", "density")
 
@@ -211,7 +223,7 @@ class ModelFile(Strict):
     supports: list[Held] = []
     motion: RigidMotion | None = None
     steps: list[Annotated[Static | Dynamic, Field(discriminator="kind")]] = []
-    points: dict[Name, in_unit("m", Point)] = {}
+    points: dict[Probe, in_unit("m", Point)] = {}
     output: Output = Output()
     calibration: Calibration | None = None
 
@@ -317,6 +329,18 @@ class ModelFile(Strict):
         return tuple(sorted(mesh.elements for mesh in self.meshes)) or (self.geometry.elements,)
 
     @property
+    def static(self):
+        """The static step, or None."""
+        return next((step for step in self.steps if step.kind == "static"), None)
+
+    @property
+    def dynamic(self):
+        """The dynamic step, which is that of the defaults without any steps, or None."""
+        if not self.steps:
+            return Dynamic(kind="dynamic", dt=self.defaults.dt, end_time=self.defaults.end_time)
+        return next((step for step in self.steps if step.kind == "dynamic"), None)
+
+    @property
     def elements(self):
         """Number of elements of a run that is not told otherwise."""
         return self.defaults and self.defaults.elements or self.sizes[0]
@@ -339,9 +363,13 @@ class ModelFile(Strict):
         check_memory(f"a mesh of {elements} elements", elements * ELEMENT)
         return self.geometry.mesh(refinements[elements])
 
-    def loads_on(self, mesh, factor=1.0, names=None):
-        """The loads called ``names`` (None: all), times ``factor``, as loads of a ``Model``."""
+    def loads_on(self, mesh, factor=1.0, names=None, rising=False):
+        """The loads called ``names`` (None: all), times ``factor``, as loads of a ``Model``;
+        ``rising``: each with the load factor to its value at t = 0."""
         functions = self._functions(factor)
+        if rising:
+            functions = {None: CONSTANT, **{name: TimeFunction((0.0, 1.0), (0.0, of(0.0)))
+                                            for name, of in functions.items() if name}}
         return [one for load in self.loads if names is None or load.name in names
                 for one in load.made(mesh, functions[load.history])]
 
@@ -359,20 +387,22 @@ class ModelFile(Strict):
         return numbers[k]
 
     @checked
-    def model(self, elements: int, load_factor: float = 1.0, loads: list[str] = None, **options):
+    def model(self, elements: int, load_factor: float = 1.0, loads: list[str] = None,
+              rising: bool = False, **options):
         """``Model`` of the mesh with ``elements`` elements; options as of Model.
 
         Args:
             elements: of the mesh.
             load_factor: of all loads.
             loads: names of those that act, None for all.
+            rising: each with the load factor to its value at t = 0, where a motion starts.
 
         Raises:
             InputError: no such mesh, or as of ``Model``.
         """
         mesh, functions = self.mesh(elements), self._functions()
         values = {name: self._values(mesh, name) for name in PROPERTIES}
-        shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads),
+        shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=[held.made(mesh, functions[held.history])
                                    for held in self.supports], **values, **options)
         if self.motion is None:

@@ -2,6 +2,7 @@
 as a table with where they come from: ``value``, ``unit``, ``provenance`` and ``source``.
 """
 
+import re
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Generic, Literal, TypeVar
@@ -14,6 +15,13 @@ from ..errors import InputError
 Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
 """``selected``: chosen among candidates by a printed result; it proves as little as what was
 ``calibrated`` to one."""
+
+
+def probe_name(name):
+    """A name that is fit for columns of a table."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,99}", name, re.ASCII):
+        raise InputError("a name is letters, digits and _, and begins with a letter")
+    return name
 
 
 def within(low, high):
@@ -32,6 +40,7 @@ Number = Annotated[float, BeforeValidator(partial(number, ""))]
 Positive = Annotated[float, BeforeValidator(partial(positive, ""))]
 Count = Annotated[int, BeforeValidator(partial(count, ""))]
 Name = Annotated[str, BeforeValidator(partial(text, ""))]
+Probe = Annotated[str, BeforeValidator(probe_name)]
 Title = Annotated[str, BeforeValidator(lambda given: given if given == "" else text("", given))]
 Polar = within(0.0, 180.0)
 Point = tuple[Number, Number, Number]

@@ -108,8 +108,8 @@ class Mesh:
         ``.xdmf``, ``.med``, ``.mesh``, ``.stl``, ``.obj``.  Physical groups and sets arrive by
         name: those of faces as ``groups``, of points and curves as ``node_sets``, of curves as
         ``lines`` as well; numbers of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face
-        are left out and elements turned that run against the first of their part; a ``MeshWarning`` says how many.  Nodes
-        and elements are numbered from 0, in the order of the file.
+        are left out and elements turned that run against the first of their part; a
+        ``MeshWarning`` says how many.  Nodes and elements are numbered from 0, in the order of the file.
 
         Args:
             path: of the file; its suffix tells the format.

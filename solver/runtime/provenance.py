@@ -17,8 +17,8 @@ import numpy as np
 def describe(model, settings, solver, case=None, probes=None, start=None, **plan):
     """What a result file says of its run; a resumed run must agree but for versions and machine.
 
-    ``probes``: nodes by name, of a run in time; ``start``: the configuration that it starts from, if
-    that is not the model's; ``plan``: what a static run is asked for, beside
+    ``probes``: nodes by name, of a run in time; ``start``: arrays of the configuration that it
+    starts from, if that is not the model's; ``plan``: what a static run is asked for, beside
     its settings.
     """
     own = {} if probes is None else {"probes": probes, "start": digest(start)}
