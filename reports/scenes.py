@@ -19,7 +19,7 @@ from corovec.solver.signatures import checked
 
 from .recording import Recording
 from .space import ARROW, Space, View, best_view, bounds, density_bar, density_scale, hidden
-from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
+from .style import BLUE, CURVES, GREEN, VERMILLION, WIDTH, styled
 
 LONGEST = 0.22
 """Longest arrow of each unit of force relative to the size of the mesh."""
@@ -130,6 +130,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     behind = dict(zip(points, hidden(view, list(points.values()), corners)))
     for name, point in points.items():
         space.dot(point, BLUE, behind[name])
+    held = model.nodes[sorted({node for support in getattr(model, "supports", ())
+                               for node in support.nodes})]
+    for point, covered_ in zip(held, hidden(view, held, corners)):
+        space.square(point, GREEN, covered_)
     if functions:
         _draw_functions(figure.add_subplot(grid[1, 1]), functions,
                         dict.fromkeys(load.label for load in varying))

@@ -210,6 +210,11 @@ class Space:
         self.axes.plot(*self.view(point), "o", color=color, markersize=size, zorder=6,
                        clip_on=False, markerfacecolor="white" if covered else color)
 
+    def square(self, point, color, covered=False):
+        """Mark a held point (3,) [m], hollow if it is ``covered``."""
+        self.axes.plot(*self.view(point), "s", color=color, markersize=3.0, zorder=6,
+                       clip_on=False, markerfacecolor="white" if covered else color)
+
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""
         (left, right), bottom = self.axes.get_xlim(), self.axes.get_ylim()[0]

@@ -156,7 +156,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     if definition.static:
         start, static = _equilibrium(definition, elements, membrane, output, files)
     if definition.dynamic is None:
-        return _show({"case": case, **static}, as_json)
+        return show({"case": case, **static}, as_json)
     words = _words(options, path)
     options["stresses"] = options["stresses"] or definition.output.stresses
     options["frame_every"] = options["frame_every"] or definition.output.frame_every
@@ -180,7 +180,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
                   "continues it" if output else "interrupted", INTERRUPTED)
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
-    _show({"case": case, **({"static": static} if static else {}), "elements": elements,
+    show({"case": case, **({"static": static} if static else {}), "elements": elements,
            "nodes": len(shell.nodes), "membrane": membrane,
            "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
            "solver": result.solver,
@@ -302,7 +302,7 @@ def info(file, as_json):
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome,
         "versions": description["versions"], "machine": description["machine"]}
-    _show(summary, as_json)
+    show(summary, as_json)
 
 
 class _Progress:
@@ -375,11 +375,11 @@ def _indefinite(history):
 UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "reaction": "N",
          "reaction_moment": "N m", "end_time": "s", "time": "s", "kinetic_energy": "J",
          "strain_energy": "J", "total_energy": "J", "external_work": "J",
-         "linear_momentum": "kg m/s", "angular_momentum": "kg m^2/s", "unloaded_at": "s",
-         "seconds": "s"}
+         "extent": "m", "thickness": "m", "linear_momentum": "kg m/s",
+         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
 
 
-def _show(summary, as_json):
+def show(summary, as_json):
     if as_json:
         click.echo(json.dumps(summary))
         return

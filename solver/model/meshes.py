@@ -109,7 +109,8 @@ class Mesh:
         name: those of faces as ``groups``, of points and curves as ``node_sets``, of curves as
         ``lines`` as well; numbers of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face
         are left out and elements turned that run against the first of their part; a
-        ``MeshWarning`` says how many.  Nodes and elements are numbered from 0, in the order of the file.
+        ``MeshWarning`` says how many.  Nodes and elements are numbered from 0, in the order of the
+        file.
 
         Args:
             path: of the file; its suffix tells the format.
