@@ -168,7 +168,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
-            click.echo(f"{printable(output)} does not exist yet: a new run")
+            click.echo(f"{printable(str(output))} does not exist yet: a new run")
     compile_seconds = warm_up()
     with _Progress(settings.n_steps, shell.unloaded_at) as progress:
         try:
@@ -184,7 +184,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
            "nodes": len(shell.nodes), "membrane": membrane,
            "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
            "solver": result.solver,
-           **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
+           **_summary(result.history, shell.unloaded_at, result.supported),
+           "output": output and str(output),
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 

@@ -135,7 +135,7 @@ def _place(data, loc):
     """Where in the file an error is; a plain value has no ``value`` of its own."""
     text = ""
     for k, name in enumerate(loc):
-        if name == "value" and k and not isinstance(data, dict):
+        if name == "[key]" or name == "value" and k and not isinstance(data, dict):
             continue
         text += f"[{name}]" if isinstance(name, int) else f".{name or EMPTY}"
         try:
