@@ -104,7 +104,7 @@ class Charts:
 
 def _frames(first, before, p):
     """(n_nodes, 3, 3) rows e_x, e_y, e_z of nodal frames, along the global axes at first; those of
-    junctions turned as their directors from ``before`` to p, with least ``sum |R before - p|^2``."""
+    junctions turned as their directors from ``before`` to p, by least squares."""
     frames = np.tile(np.eye(3), (len(first) - 1, 1, 1))
     for i in np.flatnonzero(np.diff(first) > 1):
         members = slice(first[i], first[i + 1])
