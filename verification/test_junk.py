@@ -72,7 +72,8 @@ OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "AccuracyWarning", "In
 FITS = {
     ("loads", "empty"), ("supports", "empty"), ("items", "empty"),  # nothing of all kinds
     ("progress", "function"), ("until", "function"), ("notify", "function"),
-    *((flag, "flag") for flag in ("overwrite", "supported")),
+    *((flag, "flag") for flag in ("overwrite", "supported", "merge", "reduce", "all_quads")),
+    ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
     *((name, kind) for kind in ("float", "negative")
       for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor")),
     *((name, "float") for name in (

@@ -254,7 +254,7 @@ def swap(text, *pairs):
 
 MISTAKES = {
     "no file": (None, "a.msh", {}, "a.msh cannot be read: there is no such file"),
-    "unknown suffix": ("x", "a.stp", {}, "its suffix is that of no mesh that meshio knows"),
+    "unknown suffix": ("x", "a.stp", {}, "a.stp cannot be read: its suffix must be one of"),
     "empty": ("", "a.msh", {}, "a.msh cannot be read: it is empty"),
     "not a mesh": ("hello\n", "a.msh", {}, "a.msh cannot be read: .*; save it as format 4.1"),
     "not xml": ("hello\n", "a.vtu", {}, "a.vtu cannot be read: "),
@@ -307,6 +307,8 @@ MISTAKES = {
     "hanging node": (swap(INP, ("7, 0.5, 0.5, 9", "7, 0.5, 0, 0\n8, 0, -1, 0\n9, 0.5, -1, 0"),
                           ("12, 2, 3, 6, 5", "12, 2, 3, 6, 5\n14, 8, 9, 7, 1")), "a.inp", {},
                      "lies on the edge of element 0 between its nodes 0 and 1"),
+    "coordinate system": (swap(BDF, ("GRID,3,,", "GRID,3,7,")), "a.bdf", {},
+                          "nodes in a coordinate system of their own (CP)"),
     "no merge": (INP, "a.inp", {"merge": -1.0}, "merge must be positive [m]"),
     "no flag": (INP, "a.inp", {"all_quads": "yes"}, "all_quads must be True or False, is 'yes'"),
     "no path": (INP, 3, {}, "path must be a path, is 3"),
@@ -487,24 +489,23 @@ def test_a_chain_runs_in_order_whatever_the_order_of_its_edges():
 
 
 def test_a_mesh_with_triangles_bends_as_one_of_quads(tmp_path):
-    """A clamped square of alternate quads and pairs of triangles under line load at its tip: within
-    2 % of a regular mesh of the same number of elements."""
-    n = 6
+    """A clamped square of quads and pairs of triangles, like a chessboard, under a line load at its
+    tip: within 0.2 % of a regular mesh of as many elements, 0.6 % from the limit."""
+    n = 4
     plain = block(SQUARE, (n, n))
-    odd = np.arange(n * n) % 2 == 1
+    odd = np.add(*np.divmod(np.arange(n * n), n)) % 2 == 1
     meshio.write(tmp_path / "m.vtu", meshio.Mesh(plain.nodes, [
         ("quad", plain.quads[~odd]), ("triangle", np.concatenate([
             plain.quads[odd][:, [0, 1, 2]], plain.quads[odd][:, [0, 2, 3]]]))]))
     tips = []
-    for mesh in (Mesh.read(tmp_path / "m.vtu", all_quads=True), block(SQUARE, (11, 11))):
+    for mesh in (Mesh.read(tmp_path / "m.vtu", all_quads=True), block(SQUARE, (9, 9))):
         tip = mesh.line((1.0, 0.0, 0.0), (1.0, 1.0, 0.0))
         model = Model.of(mesh, 0.01, 1e7, 0.3, 1.0,
                          loads=line_load(mesh.nodes, tip, (0, 0, 1e-3)),
                          supports=[Support(mesh.nodes_at(x=0.0),
                                            ("x", "y", "z", "px", "py", "pz"))])
-        print(len(mesh.quads))
         tips.append(solve_linear(model)[0][tip, 2].mean())
-    assert np.isclose(tips[0], tips[1], rtol=0.02)
+    assert np.isclose(tips[0], tips[1], rtol=2e-3)
 
 
 def test_a_large_mesh_is_read_and_made_in_seconds(tmp_path):

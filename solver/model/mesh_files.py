@@ -16,9 +16,9 @@ from ..errors import InputError
 from . import abaqus
 from .mesh import coincident, edge_keys, element_edges, few_enough
 
-UNKNOWN = ("its suffix is that of no mesh that meshio knows, as .msh, .inp, .bdf, .vtu, .vtk, "
-           ".xdmf, .med, .stl")
-"""What is said of a file of another kind."""
+READ = (".msh", ".inp", ".bdf", ".nas", ".fem", ".vtu", ".vtk", ".xdmf", ".med", ".mesh", ".stl",
+        ".obj")
+"""Formats whose damaged files meshio ends with an error; readers of others may not end at all."""
 
 WRITTEN = (".msh", ".inp", ".bdf", ".vtu", ".vtk", ".xdmf", ".med")
 """Formats that hold a mesh of quads with names, or numbers of groups, as we read it."""
@@ -83,6 +83,8 @@ def read(path, merge, reduce, all_quads):
         few_enough(len(found.faces))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    except Exception as error:  # of a damaged file: arrays that fit nothing
+        raise InputError(f"{path} cannot be read: {type(error).__name__}") from None
     return dict(zip(("nodes", "quads", "groups", "node_sets", "lines"), found)), notes
 
 
@@ -95,8 +97,8 @@ def _contained(path):
             raise ValueError("there is no such file")
         if not path.is_file():
             raise ValueError("it is not a regular file")
-        if suffix not in meshio.extension_to_filetypes:
-            raise ValueError(UNKNOWN)
+        if suffix not in READ:
+            raise ValueError(f"its suffix must be one of {', '.join(READ)}")
         if not path.stat().st_size:
             raise ValueError("it is empty")
         if suffix == ".inp":
@@ -138,6 +140,9 @@ def _faces(data, reduce):
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     nodes = floats("nodes", points, (None, 3))
+    if np.any(data.point_data.get("nastran:ref", 0)):
+        raise InputError("nodes in a coordinate system of their own (CP): write them in the basic "
+                         "one")
     blocks = [_corners(block, len(nodes)) for block in data.cells]
     dims = np.array([dim for dim, _, _ in blocks])
     _only_faces(data, dims)

@@ -102,14 +102,15 @@ class Mesh:
     @classmethod
     @checked
     def read(cls, path: File, merge: Merge = False, reduce: bool = False, all_quads: bool = False):
-        """The mesh in a file of any format that meshio reads, in one piece and oriented.
+        """The mesh in a file, read by meshio, oriented and checked.
 
         ``.msh`` (Gmsh 2.2 and 4.1), ``.inp`` (Abaqus), ``.bdf`` (Nastran), ``.vtu``, ``.vtk``,
-        ``.xdmf``, ``.stl`` ...  Physical groups and sets arrive by name: those of faces as
-        ``groups``, of points and curves as ``node_sets``, of curves as ``lines`` as well; numbers
-        of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face are left out and elements
-        turned that run against the first of their part; a ``MeshWarning`` says how many.  Nodes
-        and elements are numbered from 0, in the order of the file.
+        ``.xdmf``, ``.med``, ``.mesh``, ``.stl``, ``.obj``.  Physical groups and sets arrive by
+        name: those of faces as ``groups``, of points and curves as ``node_sets``, of curves as
+        ``lines`` as well; numbers of properties as groups ``"1"``, ``"2"`` ...  Nodes of no face
+        are left out and elements turned that run against the first of their part; a
+        ``MeshWarning`` says how many.  Nodes and elements are numbered from 0, in the order of the
+        file.
 
         Args:
             path: of the file; its suffix tells the format.
@@ -139,12 +140,11 @@ class Mesh:
     def write(self, path: File, overwrite: bool = False):
         """Write a file of the format that its suffix tells, with groups, node sets and lines.
 
-        Formats without names keep what they can: ``.bdf`` the numbers of the groups, ``.stl`` and
-        the like the faces.  Normals are not written.
+        ``.msh`` (Gmsh 2.2), ``.inp``, ``.vtu``, ``.vtk`` (spaces in names become ``_``), ``.xdmf``,
+        ``.med``; a ``.bdf`` keeps the numbers of the groups alone.  Normals are not written.
 
         Raises:
-            InputError: a format that is not known or does not hold such a mesh, a file that is
-                there already, or cannot be written.
+            InputError: another format, a file that is there already, or cannot be written.
         """
         mesh_files.write(path, self, overwrite)
 
