@@ -307,6 +307,8 @@ MISTAKES = {
     "hanging node": (swap(INP, ("7, 0.5, 0.5, 9", "7, 0.5, 0, 0\n8, 0, -1, 0\n9, 0.5, -1, 0"),
                           ("12, 2, 3, 6, 5", "12, 2, 3, 6, 5\n14, 8, 9, 7, 1")), "a.inp", {},
                      "lies on the edge of element 0 between its nodes 0 and 1"),
+    "coordinate system": (swap(BDF, ("GRID,3,,", "GRID,3,7,")), "a.bdf", {},
+                          "nodes in a coordinate system of their own (CP)"),
     "no merge": (INP, "a.inp", {"merge": -1.0}, "merge must be positive [m]"),
     "no flag": (INP, "a.inp", {"all_quads": "yes"}, "all_quads must be True or False, is 'yes'"),
     "no path": (INP, 3, {}, "path must be a path, is 3"),

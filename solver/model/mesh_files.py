@@ -83,6 +83,8 @@ def read(path, merge, reduce, all_quads):
         few_enough(len(found.faces))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    except Exception as error:  # of a damaged file: arrays that fit nothing
+        raise InputError(f"{path} cannot be read: {type(error).__name__}") from None
     return dict(zip(("nodes", "quads", "groups", "node_sets", "lines"), found)), notes
 
 
@@ -138,6 +140,9 @@ def _faces(data, reduce):
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     nodes = floats("nodes", points, (None, 3))
+    if np.any(data.point_data.get("nastran:ref", 0)):
+        raise InputError("nodes in a coordinate system of their own (CP): write them in the basic "
+                         "one")
     blocks = [_corners(block, len(nodes)) for block in data.cells]
     dims = np.array([dim for dim, _, _ in blocks])
     _only_faces(data, dims)

@@ -79,7 +79,8 @@ def table(folder):
         corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads, "force": UP,
                                 "history": PUSH},
         corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
-        simulate: {"model": PLATE, "settings": RUN, **files, "case": None, "probes": {"tip": 2}},
+        simulate: {"model": PLATE, "settings": RUN, **files, "case": None, "probes": {"tip": 2},
+                    "start": None},
         corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files,
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
@@ -113,7 +114,8 @@ def table(folder):
         mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
                            "end": (2.0, 0.0, 0.0)},
         load_case: {"name": "l-plate"},
-        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0},
+        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0, "loads": ["P1"],
+                                    "rising": False},
         corovec.data_frame: {"history": history},
         corovec.orient: {"nodes": PLATE.nodes, "quads": PLATE.quads}}
 
