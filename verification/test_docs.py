@@ -60,7 +60,7 @@ def test_model_file_is_read(tmp_path):
 
 
 def test_ten_lines_give_stresses(tmp_path):
-    """The model file of ``own-shell.md`` with a mesh of its own; the reactions bear the pressure."""
+    """The model file of ``own-shell.md`` with a mesh of its own; reactions bear the pressure."""
     text = re.search(r"^```\n(name = \"panel\"\n.*?)^```$", text_of("own-shell.md"),
                      re.DOTALL | re.MULTILINE)[1]
     (tmp_path / "panel.toml").write_text(text, encoding="utf-8")
