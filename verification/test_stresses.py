@@ -71,7 +71,7 @@ def test_constant_states(membrane, kind, values):
     """Forces and moments of constant strains on distorted elements, in the axes of the patch, and
     the strain energy that they make, which is that of the element."""
     model = Model(NODES, QUADS, H, E, NU, 1.0, membrane=membrane)
-    u, dr = constant_state(kind, values)
+    u, dr = constant_state(kind, values, NODES)
     found = stresses(model, Configuration(u, dr, linear=True), axes=(1.0, 0.0, 0.0))
     D = E / (1 - NU**2) * np.array([[1, NU, 0], [NU, 1, 0], [0, 0, 0.5 * (1 - NU)]])
     if kind == "membrane":
