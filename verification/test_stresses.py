@@ -379,7 +379,7 @@ def test_description_must_agree_with_the_fields(tmp_path):
         file.attrs["description"] = np.bytes_(json.dumps(text))
 
     signed(path, change)
-    with pytest.raises(ResultFileError, match="tells of other fields or probes"):
+    with pytest.raises(ResultFileError, match="description.settings.stresses is False, the dat"):
         read(path)
 
 

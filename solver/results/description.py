@@ -126,8 +126,10 @@ def parsed(text, sizes):
         raise ValueError(f"{place}: {first['msg']}") from None
     if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
         raise ValueError("description is of another mesh")
-    told = (description["supported"], description["settings"]["stresses"],
-            set(description.get("probes", ())))
-    if told != (sizes.supported, sizes.stresses, set(sizes.probes)):
-        raise ValueError("description tells of other fields or probes")
+    for place, told, there in (
+            ("supported", description["supported"], sizes.supported),
+            ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
+            ("probes", sorted(description.get("probes", ())), sorted(sizes.probes))):
+        if told != there:
+            raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description
