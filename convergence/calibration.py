@@ -10,7 +10,7 @@ from corovec import InputError, Settings, simulate, warm_up
 from corovec.benchmarks import load_case
 from corovec.solver.checks import number
 from corovec.solver.dynamics.result import unloaded_row
-from corovec.solver.input.schema import Calibration
+from corovec.solver.input.model_file import Calibration
 
 from .study import printed_results
 

@@ -89,7 +89,7 @@ def _nodes(case, runs):
     """The numbers of nodes that the paper's text prints for meshes of a case."""
     definition, printed = load_case(case), printed_results(case)
     for elements, nodes in printed.get("nodes", {}).items():
-        yield Row(f"{elements} elements: nodes", float(len(definition.mesh(int(elements))[0])),
+        yield Row(f"{elements} elements: nodes", float(len(definition.mesh(int(elements)).nodes)),
                   float(nodes), "published", 0.0, "a count",
                   rests_on="selected" if printed.get("layout_by_nodes") else "")
 

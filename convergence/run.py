@@ -76,7 +76,7 @@ def as_run(name, item):
     case = model if isinstance(model, str) else None
     if case is not None:
         definition = load_case(case)
-        model = definition.model(definition.defaults.elements)
+        model = definition.model(definition.elements)
     if not isinstance(model, Model) or not isinstance(settings, Settings):
         raise InputError(f"{name} must be a pair (model or case, settings), is a pair of "
                          f"{type(model).__name__} and {type(settings).__name__}")

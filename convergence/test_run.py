@@ -14,7 +14,8 @@ from corovec.convergence import Run, run
 
 SETTINGS = {
     Settings: {"dt": 0.005, "end_time": 0.2, "scheme": Scheme("newmark"),
-               "newton": Newton("full"), "solver": "skyline", "frame_every": 3},
+               "newton": Newton("full"), "solver": "skyline", "frame_every": 3,
+               "stresses": True},
     Scheme: {"name": "newmark", "rho_inf": 0.9, "transformation": "average", "axes": "global"},
     Newton: {"kind": "full", "tolerance": 1e-8, "min_iterations": 2, "max_iterations": 30}}
 

@@ -1,4 +1,4 @@
-"""Commands ``corovec plot``, ``corovec animate``, ``corovec reproduce`` and ``corovec record``."""
+"""Commands ``corovec check``, ``plot``, ``animate``, ``reproduce`` and ``record``."""
 
 import sys
 
@@ -31,7 +31,8 @@ SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
 def plot(files, output, formats, at, interval, scale, view, overwrite):
     """Figures of result FILES, of runs or static paths, finished or not, each with its data as CSV.
 
-    Mesh and loads, energies, momenta and the motion for each FILE; displacements and, of several
+    Mesh and loads, energies, momenta, the motion and, where stresses are recorded, those at the end
+    for each FILE; displacements and, of several
     FILES of one case, total energies for all together.
 
     \b
@@ -57,6 +58,29 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
             bar.set_postfix_str(name)
             for path in save(*draw(), folder, name, formats, overwrite):
                 tqdm.write(printable(path), file=sys.stdout)
+
+
+@click.command()
+@click.argument("model")
+@click.option("--elements", type=int, help="Mesh, by its number of elements.")
+@click.option("--output", type=click.Path(dir_okay=False),
+              help="The picture, a .svg, .png or .pdf.  Default: NAME-check.png.")
+@VIEW
+@click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
+def check(model, elements, output, view, overwrite, as_json):
+    """Check a MODEL file without running it, and draw its mesh, loads and supports.
+
+    Prints mass, centre, inertia, extent, groups, sets, folds, the thickest and the most warped
+    element, and what acts.  All errors of the file are told at once.
+
+    \b
+    Examples:
+      corovec check my_shell.toml
+      corovec check my_shell.toml --view 20 -60 --output shell.svg --overwrite
+    """
+    from .checking import check_model
+    check_model(model, elements, output, view, overwrite, as_json)
 
 
 @click.command()

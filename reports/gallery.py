@@ -12,6 +12,7 @@ from corovec.solver.runtime.provenance import fingerprint
 
 from .figures import displacements, energies, mesh_and_loads, momenta, sequence, total_energies
 from .recording import Recording
+from .stress import von_mises
 
 
 def open_together(paths):
@@ -61,6 +62,8 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
             figures[f"{run}-momenta"] = partial(momenta, history, unloaded_at)
         figures[f"{run}-motion"] = partial(sequence, recording, _times(recording, interval),
                                            scale, view)
+        if "von_mises" in recording.contents:
+            figures[f"{run}-von-mises"] = partial(von_mises, recording, scale, view)
     several = len(recordings) > 1
     figures["displacements" if several else f"{recordings[0].name}-displacements"] = partial(
         displacements, recordings, points)

@@ -23,8 +23,7 @@ def energies(snapshot):
             number(drift["energy_drift"], ".1e"),
             *(number(drift[f"{name}_momentum_drift"], ".1e") for name in ("linear", "angular"))))
     return _table("case, elements | printed [J] | ours [J] | p printed, ours | until, dt [s] "
-                  "| E drift | L drift | J drift", rows,
-                  _measured(snapshot["convergence"]["l-plate"]))
+                  "| E drift | L drift | J drift", rows, _all_measured(snapshot["convergence"]))
 
 
 def dissipation(snapshot):
@@ -163,6 +162,16 @@ def _table(head, rows, note=""):
     lines = [f"| {head} |", "|---" * (head.count("|") + 1) + "|",
              *(f"| {' | '.join(row)} |" for row in rows)]
     return "\n".join([*lines, "", note] if note else lines)
+
+
+def _all_measured(parts):
+    """Where and when several parts were measured, those together that were so together."""
+    names = {}
+    for case in CASES:
+        names.setdefault(_measured(parts[case]).rstrip("."), []).append(case)
+    if len(names) == 1:
+        return f"{next(iter(names))}."
+    return "; ".join(f"{text} ({', '.join(cases)})" for text, cases in names.items()) + "."
 
 
 def _measured(part):

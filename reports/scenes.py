@@ -11,15 +11,15 @@ from scipy.spatial import cKDTree
 
 from corovec.solver.checks import numbers, shown
 from corovec.solver.errors import InputError
-from corovec.solver.input.schema import ModelFile
-from corovec.solver.model.histories import FunctionOfTime
+from corovec.solver.input.model_file import ModelFile
+from corovec.solver.model.histories import CONSTANT, FunctionOfTime
 from corovec.solver.model.loads import NodalLoad
 from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked
 
 from .recording import Recording
 from .space import ARROW, Space, View, best_view, bounds, density_bar, density_scale, hidden
-from .style import BLUE, CURVES, VERMILLION, WIDTH, styled
+from .style import BLUE, CURVES, GREEN, VERMILLION, WIDTH, styled
 
 LONGEST = 0.22
 """Longest arrow of each unit of force relative to the size of the mesh."""
@@ -130,6 +130,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     behind = dict(zip(points, hidden(view, list(points.values()), corners)))
     for name, point in points.items():
         space.dot(point, BLUE, behind[name])
+    held = model.nodes[sorted({node for support in getattr(model, "supports", ())
+                               for node in support.nodes})]
+    for point, covered_ in zip(held, hidden(view, held, corners)):
+        space.square(point, GREEN, covered_)
     if functions:
         _draw_functions(figure.add_subplot(grid[1, 1]), functions,
                         dict.fromkeys(load.label for load in varying))
@@ -265,16 +269,17 @@ def _nodal_loads(model):
 
 def _case_loads(model, case):
     """The loads of a case by their names."""
-    drawn = []
+    drawn, mesh = [], case.mesh(len(model.quads))
     for load in case.loads:
-        definition = case.histories[load.history]
-        history = definition.function()
-        unit = definition.peak.unit if definition.peak else definition.unit
-        nodes = [one.node for one in load.nodal(model.nodes, model.quads, history)]
+        if not load.force:
+            continue
+        definition = case.histories.get(load.history)
+        history = definition.function() if definition else CONSTANT
+        unit = definition and (definition.peak.unit if definition.peak else definition.unit)
+        nodes = [one.node for one in load.made(mesh)]
         force = np.array(load.force.value) * _peak(history)
-        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)),
-                           "N/m" if load.line else "N", load.history, history,
-                           f"{load.history}(t) [{unit or '–'}]"))
+        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.unit,
+                           load.history, history, f"{load.history}(t) [{unit or '–'}]"))
     return drawn
 
 

@@ -210,6 +210,11 @@ class Space:
         self.axes.plot(*self.view(point), "o", color=color, markersize=size, zorder=6,
                        clip_on=False, markerfacecolor="white" if covered else color)
 
+    def square(self, point, color, covered=False):
+        """Mark a held point (3,) [m], hollow if it is ``covered``."""
+        self.axes.plot(*self.view(point), "s", color=color, markersize=3.0, zorder=6,
+                       clip_on=False, markerfacecolor="white" if covered else color)
+
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""
         (left, right), bottom = self.axes.get_xlim(), self.axes.get_ylim()[0]
@@ -279,10 +284,9 @@ def density_scale(density):
     return ScalarMappable(Normalize(0.0, top), COLOURS)
 
 
-def density_bar(figure, scale, density, axes, **place):
+def density_bar(figure, scale, density, axes, label="strain energy density [J/m²]", **place):
     """The colour bar of ``density_scale``."""
     beyond = "max" if density.max() > scale.norm.vmax else "neither"
-    bar = figure.colorbar(scale, ax=axes, extend=beyond, label="strain energy density [J/m²]",
-                          **place)
+    bar = figure.colorbar(scale, ax=axes, extend=beyond, label=label, **place)
     bar.outline.set_linewidth(0.5)
     return bar

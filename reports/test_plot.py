@@ -236,3 +236,17 @@ def test_help_starts_without_matplotlib():
                              "sys.modules) & {'matplotlib', 'pandas', 'h5py', 'numpy'}))"],
                             capture_output=True, text=True, check=True)
     assert loaded.stdout.strip() == "[]"
+
+
+def test_plot_of_stresses(tmp_path):
+    """The largest von Mises stress of the last frame, where stresses are recorded."""
+    run = tmp_path / "stressed.h5"
+    simulate(cross_code_plate(1), Settings(dt=0.01, end_time=0.1, stresses=True), output=run)
+    done = call(plot, run, "--output", tmp_path / "figures")
+    assert done.exit_code == 0, done.exception
+    table = pd.read_csv(tmp_path / "figures" / "stressed-von-mises.csv")
+    recording = Recording.open(run)
+    values = table[["top", "middle", "bottom"]].to_numpy()[::4]
+    assert np.allclose(values, recording.contents["von_mises"][-1], rtol=1e-12)
+    moved = (recording.nodes + recording.displacement[-1])[recording.quads]
+    assert np.allclose(table[["x", "y", "z"]].to_numpy(), moved.reshape(-1, 3))

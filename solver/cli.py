@@ -140,40 +140,78 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     from .dynamics.simulation import simulate
     from .input.files import find_model, read_model
     from .results.files import RUN, writable_path
+    from .runtime.provenance import body
     if resume and overwrite:
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
     if output is not None:
-        output = str(writable_path(output, overwrite or resume, RUN))
+        output = writable_path(output, overwrite or resume, RUN)
     path = find_model(model)
     definition = read_model(path)
-    words = _words(options, path)
-    settings = _settings(options, definition.defaults, words)
-    elements = definition.defaults.elements if elements is None else elements
-    with _in_other_words({"membrane": "--membrane"}):
-        shell = definition.model(elements, membrane=membrane)
+    elements = definition.elements if elements is None else elements
     case = printable(os.path.basename(model))  # of a benchmark its name
+    files = {"overwrite": overwrite, "resume": resume}
+    start, static = None, {}
+    if definition.static:
+        start, static = _equilibrium(definition, elements, membrane, output, files)
+    if definition.dynamic is None:
+        return show({"case": case, **static}, as_json)
+    words = _words(options, path)
+    options["stresses"] = options["stresses"] or definition.output.stresses
+    options["frame_every"] = options["frame_every"] or definition.output.frame_every
+    settings = _settings(options, definition.dynamic, words)
+    with _in_other_words({"membrane": "--membrane"}):
+        shell = definition.model(elements, loads=definition.dynamic.loads, membrane=membrane)
+    probes = {name: point.value for name, point in definition.points.items()}
     if not as_json:
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
-            click.echo(f"{printable(output)} does not exist yet: a new run")
+            click.echo(f"{printable(str(output))} does not exist yet: a new run")
     compile_seconds = warm_up()
     with _Progress(settings.n_steps, shell.unloaded_at) as progress:
         try:
             with _in_other_words(words), _in_file(definition, path, elements):
-                result = simulate(shell, settings, output=output, overwrite=overwrite,
-                                  resume=resume, progress=progress, case=case)
+                result = simulate(shell, settings, output=output, progress=progress, case=case,
+                                  probes=probes, start=start, **files)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
-    _show({"case": case, "elements": elements, "nodes": len(shell.nodes), "membrane": membrane,
-           "edges": shell.folds._asdict(), **asdict(settings), "solver": result.solver,
-           **_summary(result.history, shell.unloaded_at, result.supported), "output": output,
+    show({"case": case, **({"static": static} if static else {}), "elements": elements,
+           "nodes": len(shell.nodes), "membrane": membrane,
+           "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
+           "solver": result.solver,
+           **_summary(result.history, shell.unloaded_at, result.supported),
+           "output": output and str(output),
            "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
+
+
+def _equilibrium(definition, elements, membrane, output, files):
+    """The static step of a model file: its last state, and its summary.  Where a dynamic step
+    follows, its file has -static in its name."""
+    import numpy as np
+
+    from .statics.load_control import load_control
+    from .statics.settings import StaticSettings
+    static, followed = definition.static, definition.dynamic is not None
+    with _in_other_words({"membrane": "--membrane"}):
+        shell = definition.model(elements, loads=static.loads, rising=followed, membrane=membrane)
+    if output is not None and followed:
+        output = output.with_stem(f"{output.stem}-static")
+    factors = np.linspace(0.0, 1.0, static.increments + 1)[1:]
+    result = load_control(shell, factors, StaticSettings(stresses=definition.output.stresses),
+                          output=output, **files)
+    largest = np.linalg.norm(result.displacement[-1], axis=1)
+    return result.states[-1], {
+        "elements": elements, "nodes": len(shell.nodes), "load_factor": 1.0,
+        "strain_energy": float(result.strain_energy[-1]),
+        "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
+        "reaction": result.reactions[-1].sum(axis=0).tolist(),
+        "reaction_moment": result.reaction_moment[-1].tolist(),
+        "iterations": int(result.iterations.sum()), "output": output and str(output)}
 
 
 def _settings_options():
@@ -190,8 +228,9 @@ def _options(field):
     unit = f" [{about['unit']}]" if about["unit"] else ""
     given = field.default is not MISSING
     rest = "" if given else "  Default: the model file's."
-    return [click.Option([_option(called(field))], type=field.type,
-                         default=field.default if given else None, show_default=given,
+    return [click.Option([_option(called(field))], type=field.type, is_flag=field.type is bool,
+                         default=field.default if given else None,
+                         show_default=given and field.type is not bool,
                          help=f"{about['help'].removesuffix('.')}{unit}.{choices}{rest}")]
 
 
@@ -259,12 +298,12 @@ def info(file, as_json):
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
-        "edges": description["edges"],
+        "edges": description["edges"], "body": description["body"],
         **description["settings"], "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome,
         "versions": description["versions"], "machine": description["machine"]}
-    _show(summary, as_json)
+    show(summary, as_json)
 
 
 class _Progress:
@@ -324,6 +363,7 @@ def _static_summary(history):
     return {
         "factor": float(last["factor"]), "largest_factor": float(history["factor"].max()),
         "strain_energy": float(last["strain_energy"]), "reaction": last["reaction"].tolist(),
+        "reaction_moment": last["reaction_moment"].tolist(),
         "iterations": int(history["iterations"].sum()), "load_steps": int(history["steps"].sum()),
         "indefinite_tangents": _indefinite(history)}
 
@@ -333,13 +373,14 @@ def _indefinite(history):
     return None if history["indefinite"].min() < 0 else int(history["indefinite"].sum())
 
 
-UNITS = {"edges": "deg", "dt": "s", "length": "m", "reaction": "N", "end_time": "s", "time": "s",
-         "kinetic_energy": "J", "strain_energy": "J", "total_energy": "J", "external_work": "J",
-         "linear_momentum": "kg m/s", "angular_momentum": "kg m^2/s", "unloaded_at": "s",
-         "seconds": "s"}
+UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "reaction": "N",
+         "reaction_moment": "N m", "end_time": "s", "time": "s", "kinetic_energy": "J",
+         "strain_energy": "J", "total_energy": "J", "external_work": "J",
+         "extent": "m", "thickness": "m", "linear_momentum": "kg m/s",
+         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
 
 
-def _show(summary, as_json):
+def show(summary, as_json):
     if as_json:
         click.echo(json.dumps(summary))
         return
@@ -359,5 +400,5 @@ def _number(value):
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):
-        return "(" + ", ".join(f"{v:.6g}" for v in value) + ")"
+        return "(" + ", ".join(map(_number, value)) + ")"
     return printable(value)

@@ -34,6 +34,10 @@ class AccuracyWarning(UserWarning):
     """Results are there, but have fewer correct digits than they show."""
 
 
+class MeshWarning(UserWarning):
+    """A mesh was read and is not quite what the file holds: nodes left out, elements turned."""
+
+
 class ResultFileWarning(UserWarning):
     """Something at the end of a result file is damaged, and what was written before it is used."""
 

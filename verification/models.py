@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from corovec import Model, NodalLoad, TimeFunction, rigid_velocity
-from corovec.solver.model.mesh import block, join, node_at
+from corovec import Model, NodalLoad, TimeFunction, block, join, rigid_velocity
+from corovec.solver.model.mesh import node_at
 
 MATERIAL = {"thickness": 0.1, "youngs": 1e6, "poisson": 0.3, "density": 1.0}
 FORCES = ((-3.0, 0.0, 1.0), (0.0, 3.0, 0.0), (0.0, 0.0, -1.0), (3.0, 0.0, 0.0), (0.0, 0.0, 1.0),
@@ -15,9 +15,9 @@ FORCES = ((-3.0, 0.0, 1.0), (0.0, 3.0, 0.0), (0.0, 0.0, -1.0), (3.0, 0.0, 0.0), 
 
 def rectangle(length, width, divisions, **options):
     """Flat rectangular plate with one corner at the origin."""
-    nodes, quads = block([(0.0, 0.0, 0.0), (length, 0.0, 0.0), (length, width, 0.0),
-                          (0.0, width, 0.0)], divisions)
-    return Model(nodes, quads, **{**MATERIAL, **options})
+    plate = block([(0.0, 0.0, 0.0), (length, 0.0, 0.0), (length, width, 0.0), (0.0, width, 0.0)],
+                  divisions)
+    return Model(plate.nodes, plate.quads, **{**MATERIAL, **options})
 
 
 def spinning(model, omega, velocity=(0.0, 0.0, 0.0), about=(0.0, 0.0, 0.0)):
@@ -33,11 +33,12 @@ def cross_code_plate(refinement, **options):
     blocks = [block([(x0, y0, 0), (x1, y0, 0), (x1, y1, 0), (x0, y1, 0)],
                     ((x1 - x0) * refinement, (y1 - y0) * refinement))
               for (x0, y0), (x1, y1) in parts]
-    nodes, quads = join(blocks)
+    mesh = join(blocks)
     pulse = TimeFunction((0.0, 0.5, 1.0), (0.0, 5.0, 0.0))
     corners = ((0, 0, 0), (7, 0, 0), (7, 2, 0), (2, 2, 0), (2, 10, 0), (0, 10, 0))
-    loads = [NodalLoad(node_at(nodes, c), f, pulse) for c, f in zip(corners, FORCES, strict=True)]
-    return Model(nodes, quads, loads=loads, **{**MATERIAL, **options})
+    loads = [NodalLoad(node_at(mesh.nodes, c), f, pulse)
+             for c, f in zip(corners, FORCES, strict=True)]
+    return Model(mesh.nodes, mesh.quads, loads=loads, **{**MATERIAL, **options})
 
 
 def random_quad(rng, distortion=0.25, warp=0.2):

@@ -1,6 +1,7 @@
 """The documentation is true: functions exist where it says, examples and commands are real."""
 
 import importlib
+import json
 import re
 from functools import reduce
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import corovec
+from corovec.verification.helpers import corovec as command
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -55,6 +57,22 @@ def test_model_file_is_read(tmp_path):
     path.write_text(text, encoding="utf-8")
     for elements in (32, 128):
         assert len(read_model(path).model(elements).quads) == elements
+
+
+def test_ten_lines_give_stresses(tmp_path):
+    """The model file of ``own-shell.md`` with a mesh of its own; reactions bear the pressure."""
+    text = re.search(r"^```\n(name = \"panel\"\n.*?)^```$", text_of("own-shell.md"),
+                     re.DOTALL | re.MULTILINE)[1]
+    (tmp_path / "panel.toml").write_text(text, encoding="utf-8")
+    skin = corovec.block([(0, 0, 0), (400, 0, 0), (400, 300, 0), (0, 300, 0)], (8, 6))
+    corovec.Mesh(skin.nodes, skin.quads, {"skin": range(48)}, lines={"rim": skin.boundary()}
+                 ).write(tmp_path / "panel.msh")
+    output = tmp_path / "panel.h5"
+    run = json.loads(command("run", str(tmp_path / "panel.toml"), "--output", str(output),
+                             "--json").stdout)
+    assert run["reaction"][2] == pytest.approx(-2e3 * 0.4 * 0.3, rel=1e-2)
+    contents = corovec.read(output)
+    assert contents["von_mises"].shape == (11, 48, 3) and contents["von_mises"][-1].max() > 1e6
 
 
 def test_pages_link_to_what_exists():

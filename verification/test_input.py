@@ -10,6 +10,7 @@ import pytest
 
 from corovec import (
     InputError,
+    Mesh,
     Model,
     Newton,
     NodalLoad,
@@ -21,7 +22,9 @@ from corovec import (
     Support,
     TimeFunction,
     arc_length,
+    block,
     drift,
+    join,
     line_load,
     line_moment,
     load_control,
@@ -29,6 +32,7 @@ from corovec import (
     rigid_velocity,
     simulate,
     solve_linear,
+    sphere_segment,
     surface_load,
     total_energy,
 )
@@ -36,7 +40,7 @@ from corovec.benchmarks import FOLDER, load_case
 from corovec.convergence import run_many
 from corovec.solver.checks import HUGE, TINY
 from corovec.solver.input.files import read_model
-from corovec.solver.model.mesh import block, join, node_at, sphere_segment, vector_areas
+from corovec.solver.model.mesh import node_at, vector_areas
 from corovec.verification.models import MATERIAL, rectangle
 
 NODES = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], dtype=float)
@@ -522,8 +526,8 @@ def test_places_are_told_apart_by_the_size_of_the_elements_there():
     """Two plates 2e9 sizes apart are two; so are a point beside one of them and its node."""
     nodes, quads = two_plates(2e9)
     assert len(model(nodes, quads).normals) == 8
-    joined, _ = join([(nodes[:4], quads[:1]), (nodes[4:], quads[:1])])
-    assert np.array_equal(joined, nodes)
+    joined = join([Mesh(nodes[:4], quads[:1]), Mesh(nodes[4:], quads[:1])])
+    assert np.array_equal(joined.nodes, nodes)
     assert node_at(nodes, (2e9 + 1.0, 1.0, 0.0)) == 6
     with pytest.raises(InputError, match="no node at"):
         node_at(nodes, (0.5, 0.0, 0.0))
@@ -636,8 +640,7 @@ def test_settings_of_another_place(kind, options, message):
 def test_divisions_of_a_sphere(divisions, message):
     with pytest.raises(InputError, match=message):
         sphere_segment(1.0, (20.0, 90.0), divisions)
-    nodes, quads, normals = sphere_segment(1.0, (20.0, 90.0), (9, 2))
-    assert model(nodes, quads, normals=normals).folds.folded == 0
+    assert Model.of(sphere_segment(1.0, (20.0, 90.0), (9, 2)), **MATERIAL).folds.folded == 0
 
 
 def test_meshes_have_a_bound():
@@ -706,13 +709,14 @@ history = "pulse"
     ("thickness = 0.02", 'thickness = "0.02"', "parameters.thickness: must be a number, is '0.02'"),
     ("1000.0", "-1", "parameters.density: must be positive, at least 1e-30, is -1"),
     ("0.3", "0.5", "parameters.poisson: must lie in (-1, 0.5), is 0.5"),
-    ("name", "supports = [1]\nname", "supports: is unknown here, it is given in Python"),
+    ("name", "supports = [1]\nname", "supports[0]: must be a table, is 1"),
+    ("name", "patches = [1]\nname", "patches: is unknown here, it is given in Python"),
     ("name", "line = 1\nname", "line: is unknown here"),
     ("[[loads]]", "[loads]", "loads: must be a list of tables, write [[loads]]"),
     ("[[geometry.blocks]]", "[geometry.blocks]", "write [[geometry.blocks]]"),
     ("[8, 4]", "[8, 4, 2]", "geometry.blocks[0].divisions: must be a list of at most 2, is ["),
     ("[0.0, 0.1, 0.2]", "0.0", "histories.pulse.times: must be a list, is 0.0"),
-    ('"pulse"', "3", "loads[0].history: must be a text, is 3"),
+    ('"pulse"', "3", "loads[0].history: must be one line of 1 to 200 printable characters, is 3"),
 ])
 def test_errors_of_a_model_file_show_the_value_and_what_helps(tmp_path, old, new, message):
     path = tmp_path / "flap.toml"

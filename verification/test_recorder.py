@@ -268,7 +268,8 @@ def assert_shown(path, times):
     contents = read(path)
     for k, (time_, points, arrays) in enumerate(vtk_frames(path, times)):
         assert time_ == times[k] and np.array_equal(points, contents["nodes"])
-        assert arrays.keys() == {"displacement", "normal", "reaction", "strain_energy"}
+        assert arrays.keys() == {"displacement", "normal", "reaction", "reaction_moment",
+                                 "strain_energy"}
         for name, values in arrays.items():
             assert np.array_equal(values, contents[name][k]), name
 
@@ -543,7 +544,7 @@ def test_a_history_becomes_a_data_frame(tmp_path, model):
     for k, c in enumerate("xyz"):
         assert np.array_equal(table[f"angular_momentum_{c}"],
                               result.history["angular_momentum"][:, k])
-    assert len(table.columns) == len(result.history.dtype.names) + 6
+    assert len(table.columns) == len(result.history.dtype.names) + 2 * 5  # five vectors
     assert table.equals(data_frame(read(tmp_path / "run.h5")["history"])[table.columns])
     for wrong in (None, "run.h5", read(tmp_path / "run.h5"), result):
         with pytest.raises(InputError, match=r"history must be that of a result, as read\(path\)"

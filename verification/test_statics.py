@@ -17,6 +17,8 @@ from corovec import (
     Support,
     TimeFunction,
     arc_length,
+    block,
+    join,
     line_load,
     line_moment,
     load_control,
@@ -25,7 +27,7 @@ from corovec import (
     surface_load,
 )
 from corovec.solver.kernels.arguments import STATIC
-from corovec.solver.model.mesh import block, join, node_at
+from corovec.solver.model.mesh import node_at
 from corovec.solver.system.system import System
 from corovec.verification.helpers import assemble, central_differences, full_matrix, make_system
 from corovec.verification.models import rectangle, warped_patch
@@ -191,7 +193,8 @@ def test_loads_that_follow_converge_fast(load, tip_at):
 def test_arc_length_under_pressure_passes_a_limit_point():
     """A shallow cap, hinged at its rim: the work of the pressure, int p dV by trapezoids over the
     rows, is the strain energy, before and behind the largest pressure."""
-    nodes, quads = block([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], (8, 8))
+    mesh = block([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], (8, 8))
+    nodes, quads = mesh.nodes.copy(), mesh.quads
     nodes[:, 2] = 0.1 * (1.0 - nodes[:, 0] ** 2) * (1.0 - nodes[:, 1] ** 2)
     rim = np.flatnonzero(np.isclose(np.abs(nodes[:, :2]).max(axis=1), 1.0))
     crown = int(np.argmax(nodes[:, 2]))
@@ -361,7 +364,8 @@ def test_a_bracket_held_at_one_node_of_its_fold_is_held():
     """Two plates that meet at an angle: both normals of a clamped junction node are held."""
     wide, tall = (block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (2, 2)),
                   block([(0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)], (2, 2)))
-    nodes, quads = join([wide, tall])
+    mesh = join([wide, tall])
+    nodes, quads = mesh.nodes, mesh.quads
     corner = node_at(nodes, (0.0, 0.5, 0.0))
     model = Model(nodes, quads, 0.1, 1e6, 0.3, 1.0, loads=[NodalLoad(8, (0.0, 0.0, 1.0))],
                   supports=[Support((corner,), CLAMPED)])
@@ -378,8 +382,7 @@ def test_weight_is_mass_times_g():
     """A warped sheet falls freely under its weight: -g t^2/2 everywhere, without strain; its mass
     is rho h times its true area, that of a corner lifted by half a side 1.7 % above the projected
     one."""
-    nodes, quads = block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (1, 1))
-    nodes[2, 2] = 0.5
+    nodes, quads = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]), [(0, 1, 2, 3)]
     fine = np.linspace(-1.0, 1.0, 401)[1::2]
     xi, eta = np.meshgrid(fine, fine)
     area = np.mean(np.sqrt(1.0 + (0.25 * (1.0 + eta)) ** 2 + (0.25 * (1.0 + xi)) ** 2))

@@ -12,6 +12,7 @@ from ..kernels.arguments import Factors
 from ..system.failure import NotConverged
 from ..system.linear import NOT_TOLD
 from ..system.loads import Applied
+from ..system.reactions import Reactions
 from ..system.state import Place, State
 
 MAX_DAMPINGS = 4
@@ -64,6 +65,7 @@ class StepRecord:
         switches: changes to other global axes.
         halvings: how often it was halved.
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
+        impulses: ``Reactions`` times the length of the step; None of a shell without supports.
     """
 
     iterations: int = 0
@@ -71,6 +73,7 @@ class StepRecord:
     switches: int = 0
     halvings: int = 0
     indefinite: int = 0
+    impulses: Reactions | None = None
 
     def count(self, negative):
         """Count a matrix with ``negative`` negative pivots, None where the solver does not tell."""

@@ -8,6 +8,8 @@ import numpy as np
 from ..checks import number
 from ..errors import InputError
 from ..results.frame import data_frame, rows_of
+from ..results.layout import PROBE, probe_names
+from ..results.stresses import Configuration
 from ..signatures import checked
 from .newton import Seconds
 from .settings import Settings
@@ -49,6 +51,9 @@ class Result:
         history: (n_steps + 1,) structured array, fields of ``results.layout.DYNAMICS``.
         displacement: (n_nodes, 3) at the end [m].
         normals: (n_nodes, 3) at the end, at a junction that of its first plate.
+        directors: (n_directors, 3) at the end, all of them.
+        velocity: (n_nodes, 3) at the end [m/s].
+        director_rates: (n_directors, 3) of all normals at the end [1/s].
         unloaded_at: time from which no load acts [s].
         supported: whether the model has supports.
         solver: the linear solver that ran.
@@ -59,6 +64,9 @@ class Result:
     history: np.ndarray
     displacement: np.ndarray
     normals: np.ndarray
+    directors: np.ndarray
+    velocity: np.ndarray
+    director_rates: np.ndarray
     unloaded_at: float
     supported: bool
     solver: str
@@ -74,6 +82,18 @@ class Result:
     def total_energy(self):
         """(n_steps + 1,) kinetic plus strain energy [J]."""
         return total_energy(self.history)
+
+    @property
+    def state(self):
+        """``Configuration`` at the end, for ``stresses``, and for another run to start from."""
+        return Configuration(self.displacement, self.directors, velocity=self.velocity,
+                             director_rates=self.director_rates)
+
+    @property
+    def probes(self):
+        """``{name: {"displacement": (n_steps + 1, 3) [m], "velocity": [m/s]}}``."""
+        return {name: {what: self.history[f"{name}{end}"] for end, what in PROBE.items()}
+                for name in probe_names(self.history.dtype)}
 
     def frame(self):
         """The history as a ``pandas.DataFrame``, see ``data_frame``."""

@@ -83,6 +83,7 @@ class Settings:
                           "the one that ran.", "auto", choices=SOLVERS)
     frame_every: int = setting("Steps between two frames (and checkpoints); 0 for about "
                                f"{DEFAULT_FRAMES} frames a run.", 0)
+    stresses: bool = setting("Record stresses with every frame.", False)
 
     def __post_init__(self):
         check_fields(self)

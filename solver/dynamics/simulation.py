@@ -1,20 +1,27 @@
 """Running a model: the loop over time steps."""
 
+import re
 import time
 from collections.abc import Callable
+from typing import Annotated
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..checks import existing, floats, integer, shown, single, vector
 from ..errors import InputError
+from ..model.mesh import node_at
 from ..model.model import Model
 from ..results.files import output_path
-from ..results.layout import DYNAMICS
+from ..results.layout import probed
 from ..results.recorder import Recorder
+from ..results.snapshot import snapshot
+from ..results.stresses import Configuration
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
 from ..system.failure import told
+from ..system.reactions import no_reactions
 from ..system.system import System
 from .balance import Halvings, review
 from .newton import StepRecord
@@ -22,14 +29,29 @@ from .result import Result
 from .settings import Settings
 from .stepping import Stepper
 
+MOST_PROBES = 100
+"""Each takes 48 bytes a step."""
+
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the impulse."""
 
 
+def probes_of(name, given):
+    """Nodes, or places, by names that are fit for columns."""
+    if not isinstance(given, dict) or len(given) > MOST_PROBES:
+        raise InputError(f"{name} must be a dictionary of at most {MOST_PROBES} nodes or places by "
+                         f"their names, is {shown(given)}")
+    for key in given:
+        if not isinstance(key, str) or not re.fullmatch(r"[A-Za-z]\w{0,99}", key, re.ASCII):
+            raise InputError(f"{name}: a name is letters, digits and _, is {shown(key)}")
+    return dict(sorted(given.items()))
+
+
 @checked
 def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
-             resume: bool = False, progress: Callable = None, case: str = None):
-    """Run ``model`` from rest (or its initial velocities) to ``settings.end_time``.
+             resume: bool = False, progress: Callable = None, case: str = None,
+             probes: Annotated[dict, probes_of] = None, start: Configuration = None):
+    """Run ``model`` from rest (or its initial velocities, or ``start``) to ``settings.end_time``.
 
     Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
 
@@ -41,6 +63,10 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         resume: continue ``output`` from its last checkpoint if it exists.
         progress: called after every step with (step, n_steps, history row).
         case: name of the benchmark or the model file, stored with the result.
+        probes: ``{name: node}``, or its initial place (x, y, z) [m]: nodes whose displacement and
+            velocity are kept of every step.
+        start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
+            with its velocities; supports hold what is held where it is.
 
     Returns:
         ``Result``.
@@ -59,16 +85,50 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
     output = output_path(output, overwrite, resume)
-    _check_memory(model, settings)
+    probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
+    start = None if start is None else _start(model, start)
+    _check_memory(model, settings, probed(probes))
     _check_impulses(model, settings)
     with threadpool_limits(1), told():
-        return _simulate(model, settings, output, overwrite, resume, progress, case)
+        return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
+                         start)
 
 
-def _simulate(model, settings, output, overwrite, resume, progress, case):
+def _start(model, start):
+    """A ``Configuration`` to start from, checked, with rates."""
+    if start.linear:
+        raise InputError("start is a linear solution, which is no equilibrium: take a state of "
+                         "load_control")
+    if np.any(model.velocity) or np.any(model.normal_velocity):
+        raise InputError("start has its own velocities, the model must have none")
+    still = Configuration(np.zeros_like(model.nodes), np.zeros_like(model.normals))
+    u = floats("start.displacement", start.displacement, model.nodes.shape)
+    p = floats("start.directors", start.directors, model.normals.shape)
+    v, w = (floats(f"start.{name}", none if getattr(start, name) is None else getattr(start, name),
+                   none.shape) for name, none in (("velocity", still[0]),
+                                                  ("director_rates", still[1])))
+    off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
+    if off.max() > 1e-9:
+        raise InputError(f"start.directors[{off.argmax()}] is no unit vector")
+    return Configuration(u, p, False, v, w)
+
+
+def _node(model, name, place):
+    """Number of the node of a probe that is given by it or by its place."""
+    if single(place):
+        return existing(f"probes: {name}: node", (integer(f"probes: {name}", place),),
+                        len(model.nodes))[0]
+    try:
+        return node_at(model.nodes, vector(f"probes: {name}", place, "m"))
+    except InputError as error:
+        message = str(error)
+        raise InputError(message if name in message else f"probes: {name}: {message}") from None
+
+
+def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
     system = System(model, settings.solver, settings.scheme.axes == "nodal")
     stepper = Stepper(system, settings.scheme, settings.newton)
-    run = _Run(system, settings)
+    run = _Run(system, settings, probes, start)
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
@@ -84,7 +144,9 @@ def _simulate(model, settings, output, overwrite, resume, progress, case):
     seconds.total = time.perf_counter() - clock
     review(settings.scheme, run.history, system.roundoff_work(0.0))
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
-                  model.unloaded_at, bool(model.supports), system.solver.name, seconds, settings)
+                  run.place.start.p, system.coordinates.velocity(run.state).copy(),
+                  run.place.start.p_dot, model.unloaded_at, bool(model.supports),
+                  system.solver.name, seconds, settings)
 
 
 class _Run:
@@ -98,11 +160,13 @@ class _Run:
         frame_of_step: number of the frame of each step that has one.
     """
 
-    def __init__(self, system, settings):
-        self._system, self._settings = system, settings
-        self.state = system.initial_state()
+    def __init__(self, system, settings, probes, start):
+        self._system, self._settings, self._probes = system, settings, probes
+        self._start = start and (start.displacement, start.directors, start.velocity,
+                                 start.director_rates)
+        self.state = system.initial_state(start)
         self.place = system.observe(self.state)
-        self.history = np.zeros(settings.n_steps + 1, dtype=DYNAMICS)
+        self.history = np.zeros(settings.n_steps + 1, dtype=probed(probes))
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
@@ -112,7 +176,8 @@ class _Run:
     def record(self, output, overwrite, resume, case):
         """Write to a new file, or take over the state of the one to be continued."""
         model, settings = self._system.model, self._settings
-        description = describe(model, settings, self._system.solver.name, case)
+        description = describe(model, settings, self._system.solver.name, case,
+                               self._probes, self._start)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
                                                               self.state, settings.frame_steps)
@@ -120,7 +185,7 @@ class _Run:
             self._system.observe(self.state, self.place)
         else:
             self._recorder = Recorder.create(output, model, description, self.state,
-                                             self.history[:1], self._frame(0),
+                                             self.history[:1], self._frame(0, StepRecord()),
                                              settings.frame_steps, overwrite)
         self._written = self.done + 1
         self._halvings = Halvings(settings.dt, int(self.history["halvings"].sum()))
@@ -131,39 +196,49 @@ class _Run:
         self._halvings.add(step, record.halvings)
         if self._recorder and step in self.frame_of_step:
             self._recorder.write(step, self.state, self.history[self._written:step + 1],
-                                 self._frame(step))
+                                 self._frame(step, record))
             self._written = step + 1
 
     def _fill(self, step, record):
-        """The history row of a step: ``StepRecord`` and ``Observation`` have its other fields."""
+        """The history row of a step."""
         row = self.history[step]
         row["time"] = step * self._settings.dt
         row["external_work"] = self.state.external_work
         for name, value in self.place.observed._asdict().items():
             row[OBSERVED.get(name, name)] = value
-        for name, value in vars(record).items():
-            row[name] = value
+        for name in RECORDED:
+            row[name] = getattr(record, name)
+        if record.impulses:
+            row["reaction"] = record.impulses.force / self._settings.dt
+            row["reaction_moment"] = record.impulses.moment / self._settings.dt
+        for name, node in self._probes.items():
+            row[f"{name}_u"], row[f"{name}_v"] = self._system.at_node(self.state, node)
 
-    def _frame(self, step):
+    def _frame(self, step, record):
+        system, reactions = self._system, None
+        if system.dofs.any_fixed:
+            none = no_reactions(len(system.model.nodes))
+            reactions = none.plus(record.impulses or none, 1.0 / self._settings.dt)
         return (self.frame_of_step[step], self.history["time"][step],
-                {"PointData": {"displacement": self._system.displacement(self.state),
-                               "normal": self._system.nodal_normals(self.place)},
-                 "CellData": {"strain_energy": self.place.start.energy}})
+                snapshot(system, self.state, self.place, reactions, self._settings.stresses))
 
+
+RECORDED = ("iterations", "work_ratio", "switches", "halvings", "indefinite")
+"""Columns of the history that are those of a ``StepRecord``."""
 
 OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}
 """Columns of the history that are called differently in an ``Observation``."""
 
 
-STEP, FRAME = DYNAMICS.itemsize + 40, 250
-"""Bytes that a step takes in memory, with the samples of its loads, and a frame."""
+SAMPLE, FRAME = 40, 250
+"""Bytes that a step takes in memory beside its row, for the samples of its loads, and a frame."""
 
 
-def _check_memory(model, settings):
+def _check_memory(model, settings, row):
     """The history of all steps is kept in memory, and where every frame is."""
     steps, frames = settings.n_steps, settings.n_steps // max(settings.frame_every, 1)
     check_memory(f"the history of {steps} steps",
-                 steps * STEP + (frames * FRAME if settings.frame_every else 0))
+                 steps * (row.itemsize + SAMPLE) + (frames * FRAME if settings.frame_every else 0))
     check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
 
 

@@ -2,6 +2,7 @@
 
 from ..errors import StepError
 from ..system.failure import NotConverged
+from ..system.reactions import no_reactions
 from ..system.state import blank_state
 from . import balance
 from .kept_matrix import KeptMatrix
@@ -84,6 +85,7 @@ class Stepper:
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         work = self._work(problem, time, delta)
+        reactions = self._reactions(problem, delta) if system.dofs.any_fixed else None
         before = place.observed
         self._before.take(state)
         try:
@@ -98,6 +100,16 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
+        if reactions:
+            impulses = record.impulses or no_reactions(len(state.x))
+            record.impulses = impulses.plus(reactions, dt)
+
+    def _reactions(self, problem, delta):
+        """``Reactions`` of a converged step, at its generalized midpoint."""
+        state, place, step, loads = problem.state, problem.place, problem.step, problem.loads
+        self.system.assemble(state, place, step, delta, loads, averaged=problem.averaged,
+                             tangent=False)
+        return self.system.reactions(state, place, step, loads, problem.averaged)
 
     def _work(self, problem, time, delta):
         """Work of the loads in a step [J], with their values at its middle."""

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from ..checks import shown
 from ..errors import InputError
-from .schema import ModelFile, keys
+from .model_file import ModelFile, keys
 
 EMPTY = '""'
 """The key of no characters, as TOML has it."""
@@ -67,7 +67,7 @@ def read_model(path):
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path} cannot be read: {reason}") from None
     try:
-        return ModelFile.model_validate(data)
+        return ModelFile.model_validate(data, context={"folder": str(Path(path).parent)})
     except ValidationError as errors:
         raise InputError(f"{path}: " + "; ".join(_line(data, error) for error in errors.errors())
                          ) from None
@@ -92,7 +92,7 @@ def calibrated_text(path, peak, calibration):
     return tomlkit.dumps(document)
 
 
-IN_PYTHON = ("supports", "moments", "pressure", "velocity", "normal_velocity", "normals")
+IN_PYTHON = ("normals", "normal_velocity", "membrane", "shear", "fold_angle", "patches")
 """What only a ``Model`` takes."""
 
 
@@ -135,7 +135,7 @@ def _place(data, loc):
     """Where in the file an error is; a plain value has no ``value`` of its own."""
     text = ""
     for k, name in enumerate(loc):
-        if name == "value" and k and not isinstance(data, dict):
+        if name == "[key]" or name == "value" and k and not isinstance(data, dict):
             continue
         text += f"[{name}]" if isinstance(name, int) else f".{name or EMPTY}"
         try:

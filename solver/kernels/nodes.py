@@ -109,13 +109,13 @@ def director_rates(nodes, velocity, A1, p_dot):
 
 
 @kernel
-def start_charts(nodes, fixed_component, p, p_dot, variables, chart, velocity):
+def start_charts(nodes, fixed_component, p, p_dot, frames, variables, chart, velocity):
     """Charts (global axes), variables and their rates from normals and normal velocities at t = 0.
 
-    The nodal frame of a junction starts along the global axes; its spin follows from the rates of
-    its first two directors.
+    ``frames`` (n_nodes, 3, 3): rows e_x, e_y, e_z of the nodal frames of junctions, whose spins
+    follow from the rates of their first two directors.
     """
-    none, e, omega = np.zeros((3, 3)), np.eye(3), np.empty(3)
+    none, omega = np.zeros((3, 3)), np.empty(3)
     for i in range(nodes.start.shape[0]):
         k, d = nodes.start[i] + 3, nodes.first[i]
         if nodes.n_rot[i] == 2:
@@ -124,9 +124,9 @@ def start_charts(nodes, fixed_component, p, p_dot, variables, chart, velocity):
                 variables[i, c] = dot(p[d], chart[i, c])
                 velocity[k + c] = dot(p_dot[d], chart[i, c])
         else:
-            choose_junction_triad(e, e, none, False, chart[i])
+            choose_junction_triad(frames[i], frames[i], none, False, chart[i])
             spin_of(p[d], p[d + 1], p_dot[d], p_dot[d + 1], omega)
-            set_junction(e, omega, chart[i], variables[i], velocity[k:k + 3])
+            set_junction(frames[i], omega, chart[i], variables[i], velocity[k:k + 3])
 
 
 class Middle(NamedTuple):

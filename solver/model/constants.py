@@ -5,6 +5,8 @@ Paper section 2 (strains, Eqs. 15-17) and section 3 (mass, Eqs. 38-41).  The ker
 Entity axis first, ``(n_elem, ...)``, or groups of ``WIDTH`` elements side by side.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kernels.lanes import WIDTH, zeros
@@ -27,6 +29,11 @@ def side_by_side(array):
     return result
 
 
+def apart(groups, n_elem):
+    """The opposite of ``side_by_side``: ``(n_elem, ...)``."""
+    return np.moveaxis(groups, -1, 1).reshape(-1, *groups.shape[1:-1])[:n_elem]
+
+
 def shape_functions(point):
     """Bilinear ``N`` (4,) and their natural derivatives (2, 4) at ``point`` = (xi, eta)."""
     xi, eta = point
@@ -36,8 +43,9 @@ def shape_functions(point):
     return 0.25 * n_xi * n_eta, 0.25 * derivatives
 
 
-def initial_frames(corners):
-    """Local frames R_0 of Eq. (1), rows e_x, e_y, e_z; ``corners`` (n_elem, 4, 3)."""
+def local_frames(corners):
+    """Local frames R of Eq. (1), rows e_x, e_y, e_z; ``corners`` (n_elem, 4, 3).  Analytic, so that
+    complex steps go through."""
     c_13 = _unit(corners[:, 2] - corners[:, 0])
     c_24 = _unit(corners[:, 3] - corners[:, 1])
     e_x, e_y = _unit(c_13 - c_24), _unit(c_13 + c_24)
@@ -57,11 +65,11 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
     Returns:
         dict of y0, r0, l, Q, k_b, mass, inertia.
     """
-    rotation = initial_frames(corners)
+    rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     directors = np.einsum("eab,eib->eia", rotation, normals)
     points = [_gauss_point(local, point) for point in GAUSS]
-    linear, quadratic = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
+    linear, quadratic, _ = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
     return {
         "y0": np.ascontiguousarray(local[:, 1:]),
         "r0": np.ascontiguousarray(directors[:, :, :2]),
@@ -73,16 +81,45 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
     }
 
 
+class Recovery(NamedTuple):
+    """Stress resultants at the centres of elements: ``n = N e``, ``m = M b``, ``q = S b``.
+
+    Attributes:
+        N: (n_elem, 3, n_s) of the membrane measures e [N/m / sqrt(J)].
+        M: (n_elem, 3, 11) of the variables b of bending and shear [N, N/m].
+        S: (n_elem, 2, 11) of the same [N/m, N/m^2].
+    """
+
+    N: np.ndarray
+    M: np.ndarray
+    S: np.ndarray
+
+
+def recovery(corners, thickness, youngs, poisson, *, membrane, shear):
+    """``Recovery`` by the fields that the strain energy is made of; arguments as above.
+
+    ``m = h^3/12 D chi``, ``q = k G h gamma``, both at the centre.
+    """
+    rotation = local_frames(corners)
+    local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
+    points = [_gauss_point(local, point) for point in GAUSS]
+    *_, resultants = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
+    chi, gamma = _bending_strains(local, (0.0, 0.0), _gauss_point(local, (0.0, 0.0)), shear)
+    D = _plane_stress(youngs, poisson) * (thickness**3 / 12.0)[:, None, None]
+    modulus = _shear_modulus(thickness, youngs, poisson)
+    return Recovery(resultants, (D @ chi)[:, :, 1:], (modulus[:, None, None] * gamma)[:, :, 1:])
+
+
 def jacobians(corners):
     """Determinants of Eq. (38) at the four vertices, (n_elem, 4): positive in a convex element."""
-    rotation = initial_frames(corners)
+    rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     return np.stack([np.linalg.det(_jacobian(local, shape_functions(vertex)[1]))
                      for vertex in CORNERS], axis=1)
 
 
 def _unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
 
 
 def _jacobian(local, natural):
@@ -139,6 +176,10 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     - ``strain``: five strain modes E fitted to eps in the mean; on a rectangle that is sampling at
       the points (0, +-1/sqrt 3), (+-1/sqrt 3, 0) and the centre.
     - ``compatible``: eps itself at the four Gauss points (locks; kept as a wrong variant).
+
+    Returns:
+        linear (n_elem, n_s, 4, 3) and quadratic (n_elem, n_s, 4, 4) part, and the forces
+        ``n = N e`` at the centre, (n_elem, 3, n_s); of ``compatible`` the mean of the Gauss points.
     """
     D = _plane_stress(youngs, poisson)
     n = len(local)
@@ -148,7 +189,9 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
         factors = [np.linalg.cholesky(D * w[:, None, None]) for w in weights]
         linear = [np.einsum("eas,eaic->esic", c, s[0]) for c, s in zip(factors, strains)]
         quadratic = [np.einsum("eas,eaij->esij", c, s[1]) for c, s in zip(factors, strains)]
-        return np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1)
+        forces = [c * (thickness / (4.0 * w))[:, None, None] for c, w in zip(factors, weights)]
+        return (np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1),
+                np.concatenate(forces, axis=2))
     modes = [_five_modes(local, point, field) for point in GAUSS]
     linear, quadratic, gram = np.zeros((n, 5, 4, 3)), np.zeros((n, 5, 4, 4)), np.zeros((n, 5, 5))
     stiffness = np.zeros((n, 5, 5))
@@ -162,8 +205,11 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     inverse = np.linalg.inv(gram)
     elasticity = inverse if field == "stress" else inverse @ stiffness @ inverse
     scale = np.linalg.cholesky(0.5 * (elasticity + elasticity.transpose(0, 2, 1)))
+    # three modes are constant, the other two zero at the centre
+    stress = (scale[:, :3] if field == "stress" else
+              D @ (inverse @ np.linalg.inv(scale).transpose(0, 2, 1))[:, :3])
     return (np.einsum("ets,etic->esic", scale, linear),
-            np.einsum("ets,etij->esij", scale, quadratic))
+            np.einsum("ets,etij->esij", scale, quadratic), thickness[:, None, None] * stress)
 
 
 def _five_modes(local, point, field):
@@ -182,29 +228,41 @@ def _five_modes(local, point, field):
     return modes
 
 
-def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
-    """Constant stiffness (n_elem, 11, 11) on (w_2..w_4, dr_x1, dr_y1, ..., dr_y4).
+def _shear_modulus(thickness, youngs, poisson):
+    """k G h (n_elem,) [N/m]."""
+    return SHEAR_CORRECTION * 0.5 * youngs / (1.0 + poisson) * thickness
 
-    ``chi = (dr_x,x; dr_y,y; dr_x,y + dr_y,x)``, ``gamma = (w,x + dr_x; w,y + dr_y)``; shear by
-    MITC4 (tying points (0, +-1) and (+-1, 0)) or, as a wrong variant, compatible.
-    """
+
+def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
+    """Constant stiffness (n_elem, 11, 11) on (w_2..w_4, dr_x1, dr_y1, ..., dr_y4)."""
     D = _plane_stress(youngs, poisson)
-    modulus = SHEAR_CORRECTION * 0.5 * youngs / (1.0 + poisson) * thickness
+    modulus = _shear_modulus(thickness, youngs, poisson)
     k = np.zeros((len(local), 12, 12))
-    for point, (shape, cartesian, det) in zip(GAUSS, points):
-        bending = np.zeros((len(local), 3, 12))
-        bending[:, 0, 4::2] = bending[:, 2, 5::2] = cartesian[:, 0]
-        bending[:, 1, 5::2] = bending[:, 2, 4::2] = cartesian[:, 1]
-        if shear == "mitc4":
-            gamma = _mitc4_shear(local, point)
-        else:
-            gamma = np.zeros((len(local), 2, 12))
-            gamma[:, :, :4] = cartesian
-            gamma[:, 0, 4::2] = gamma[:, 1, 5::2] = shape
-        k += np.einsum("eas,eab,ebt,e->est", bending, D, bending, det * thickness**3 / 12.0)
-        k += np.einsum("eas,eat,e->est", gamma, gamma, det * modulus)
+    for point, at in zip(GAUSS, points):
+        bending, gamma = _bending_strains(local, point, at, shear)
+        k += np.einsum("eas,eab,ebt,e->est", bending, D, bending, at[2] * thickness**3 / 12.0)
+        k += np.einsum("eas,eat,e->est", gamma, gamma, at[2] * modulus)
     k = 0.5 * (k + k.transpose(0, 2, 1))
     return np.ascontiguousarray(k[:, 1:, 1:])
+
+
+def _bending_strains(local, point, at, shear):
+    """Curvature (n_elem, 3, 12) and transverse shear (n_elem, 2, 12) of (w_1..w_4, dr_x1, ...).
+
+    ``chi = (dr_x,x; dr_y,y; dr_x,y + dr_y,x)``, ``gamma = (w,x + dr_x; w,y + dr_y)``; shear by
+    MITC4 (tying points (0, +-1) and (+-1, 0)) or, as a wrong variant, compatible.  ``at`` is
+    ``_gauss_point`` of the natural ``point``.
+    """
+    shape, cartesian, _ = at
+    chi = np.zeros((len(local), 3, 12))
+    chi[:, 0, 4::2] = chi[:, 2, 5::2] = cartesian[:, 0]
+    chi[:, 1, 5::2] = chi[:, 2, 4::2] = cartesian[:, 1]
+    if shear == "mitc4":
+        return chi, _mitc4_shear(local, point)
+    gamma = np.zeros((len(local), 2, 12))
+    gamma[:, :, :4] = cartesian
+    gamma[:, 0, 4::2] = gamma[:, 1, 5::2] = shape
+    return chi, gamma
 
 
 def _mitc4_shear(local, point):

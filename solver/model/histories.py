@@ -3,18 +3,15 @@
 A time may be an array.  In statics the load factor stands for it.
 """
 
-import ast
 import csv
-import operator
-import warnings
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
-from simpleeval import InvalidExpression, MultipleExpressions, SimpleEval
 
 from ..checks import integers, number, numbers, path, positive, shown, text
 from ..errors import InputError
+from .arithmetic import arithmetic
 
 FINER = 8
 """Points in each step at which a function without a closed integral is summed."""
@@ -167,31 +164,11 @@ class Harmonic(FunctionOfTime):
         return float(value) if np.ndim(time) == 0 else value
 
 
-def _of_one(function):
-    """A function of one argument and no more: ufuncs of numpy would write into a second."""
-    return lambda x: function(x)
-
-
-FUNCTIONS = {
-    **{name: _of_one(getattr(np, name)) for name in (
-        "sin", "cos", "tan", "arctan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "abs", "sign",
-        "floor")},
-    "minimum": lambda a, b: np.minimum(a, b), "maximum": lambda a, b: np.maximum(a, b),
-    "where": lambda condition, a, b: np.where(condition, a, b)}
-OPERATORS = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: np.true_divide,
-    ast.Pow: np.float_power, ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Lt: operator.lt,
-    ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.BitAnd: np.logical_and,
-    ast.BitOr: np.logical_or}
-PARTS = (ast.Expr, ast.Name, ast.Constant, ast.UnaryOp, ast.BinOp, ast.Compare, ast.Call)
-"""What an expression may consist of."""
-
 @dataclass(frozen=True)
 class Expression(FunctionOfTime):
     """Arithmetic in the time t [s], as ``Expression("2 * sin(2 * pi * 5 * t) * exp(-t)")``.
 
-    Numbers, ``pi``, ``t``, ``+ - * / **``, comparisons (joined by ``&`` and ``|``, each in
-    parentheses), and ``FUNCTIONS``; nothing of it is executed as Python.
+    What it may consist of: see ``model.arithmetic``.  Nothing of it is executed as Python.
     """
 
     text: str
@@ -202,47 +179,7 @@ class Expression(FunctionOfTime):
 
     def __call__(self, time):
         """f at a time [s]."""
-        parser, tree = _parsed(self.text)
-        parser.names = {"t": np.asarray(time, dtype=float), "pi": np.pi}
-        try:
-            with np.errstate(all="ignore"):
-                value = np.asarray(parser.eval(self.text, tree), dtype=float)
-                value = np.broadcast_to(value, np.shape(time))
-        except (InvalidExpression, ArithmeticError, TypeError, ValueError,
-                RecursionError) as error:
-            raise InputError(f"expression {shown(self.text)}: {_reason(error)}") from None
-        return float(value) if np.ndim(time) == 0 else value
-
-
-class _Arithmetic(SimpleEval):
-    """Of floats, which grow no farther than infinity."""
-
-    def __init__(self):
-        super().__init__(operators=OPERATORS, functions=FUNCTIONS)
-        self.nodes = {part: evaluate for part, evaluate in self.nodes.items() if part in PARTS}
-        self.nodes[ast.Constant] = lambda node: float(node.value)
-
-
-@lru_cache
-def _parsed(expression):
-    """A parser, and the tree that it makes of an expression."""
-    parser = _Arithmetic()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            return parser, parser.parse(expression)
-    except (InvalidExpression, MultipleExpressions, SyntaxError, RecursionError,
-            MemoryError) as error:
-        raise InputError(f"expression {shown(expression)}: {_reason(error)}") from None
-
-
-def _reason(error):
-    if isinstance(error, MultipleExpressions):
-        return "is more than one"
-    if isinstance(error, TypeError | ValueError):
-        return ("is no arithmetic: a function takes another number of arguments, or something is "
-                "no number")
-    return str(getattr(error, "msg", error)).partition("\n")[0] or "is nested too deeply"
+        return arithmetic(self.text, t=time)
 
 
 def read_time_function(file, columns=(0, 1)):

@@ -1,16 +1,14 @@
-"""Meshes: blocks joined where their nodes coincide, sphere segments; checks of any mesh."""
-
-from typing import Annotated
+"""A mesh as arrays: its edges and areas, which of its nodes are where; checks of any mesh."""
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..checks import TINY, count, floats, integers, numbers, plain_array
+from ..checks import TINY, plain_array
 from ..errors import InputError
-from ..signatures import Nodes, Positive, Vector, checked
-from .constants import jacobians, shape_functions
+from ..signatures import Nodes, Vector, checked
+from .constants import jacobians
 
 MERGE = 1e-9
 """Nodes closer than this fraction of the size of the elements there are one node."""
@@ -24,21 +22,8 @@ HANGING = 1e-6
 MOST_ELEMENTS = 1_000_000
 """Elements of a mesh: beyond, a model alone takes minutes and a matrix does not fit in memory."""
 
-FEWEST_ROUND = 9
-"""Elements round a sphere: fewer meet at 45 degrees or more, at folds."""
-
 MIN_JACOBIAN = 1e-6
 """Smallest vertex Jacobian relative to the element's largest below which a quad is degenerate."""
-
-
-def divisions_of(name, values):
-    """Two counts whose product is no more than ``MOST_ELEMENTS``."""
-    items = integers(name, values)
-    if len(items) != 2:
-        raise InputError(f"{name} must be two counts, are {len(items)}")
-    n, m = (count(f"{name}[{k}]", item) for k, item in enumerate(items))
-    few_enough(n * m)
-    return n, m
 
 
 def few_enough(elements):
@@ -48,108 +33,19 @@ def few_enough(elements):
                          f"{MOST_ELEMENTS} are possible")
 
 
-Divisions = Annotated[tuple, divisions_of]
-
-
-def corners_of(name, values):
-    """Four corners (4, 3) in order round a convex block [m]."""
-    corners = floats(name, values, (4, 3))
-    try:
-        check_shapes(corners, np.arange(4)[None])
-    except InputError:
-        raise InputError(f"{name} must go round a convex block, their sides cross or fold: give "
-                         "them in the order of an element's nodes") from None
-    return corners
-
-
-Corners = Annotated[np.ndarray, corners_of]
-
-
-def _polar_angles(name, values):
-    items = numbers(name, values)
-    if len(items) != 2 or not 0.0 < items[0] < items[1] < 180.0:
-        raise InputError(f"{name} must be two angles that increase within 0 and 180 [degrees]")
-    return items
-
-
-@checked
-def block(corners: Corners, divisions: Divisions):
-    """Nodes ((n+1)(m+1), 3) and quads (n m, 4) of one block.
+def coincident(nodes, faces, tolerance=None):
+    """Which nodes are at one place, with ``faces`` (n_faces, 4) on them.
 
     Args:
-        corners: (4, 3), in the order of an element's nodes [m].
-        divisions: (n, m) elements along the sides 1-2 and 2-3.
-
-    Raises:
-        InputError: an argument of another kind, or more than ``MOST_ELEMENTS``.
-    """
-    n, m = divisions
-    nodes = np.array([shape_functions((2.0 * i / n - 1.0, 2.0 * j / m - 1.0))[0] @ corners
-                      for j in range(m + 1) for i in range(n + 1)])
-    first = np.array([j * (n + 1) + i for j in range(m) for i in range(n)])
-    return nodes, np.stack([first, first + 1, first + n + 2, first + n + 1], axis=1)
-
-
-@checked
-def sphere_segment(radius: Positive, polar_angles: Annotated[tuple, _polar_angles],
-                   divisions: Divisions):
-    """Nodes, quads and exact normals of a sphere about Z between two parallels, closed in azimuth.
-
-    Azimuth runs from +X towards +Y, then from the lower parallel up, so that normals are outward.
-
-    Args:
-        radius: [m].
-        polar_angles: of the upper and the lower parallel, from +Z [degrees].
-        divisions: (n, m) elements round and along the meridian.
+        nodes: (n, 3) [m].
+        faces: (n_faces, 4) node numbers; their size tells places apart.
+        tolerance: largest distance of nodes at one place [m], instead.
 
     Returns:
-        nodes (n (m+1), 3), quads (n m, 4), outward unit normals (n (m+1), 3).
-
-    Raises:
-        InputError: an argument of another kind, more than ``MOST_ELEMENTS``, or so few that the
-            elements meet at folds.
+        numbers (n_kept,) of the first node at each place, in order, and the rank (n,) of every
+        node among them.
     """
-    n, m = divisions
-    fewest = int((polar_angles[1] - polar_angles[0]) / 45.0) + 1
-    if n < FEWEST_ROUND or m < fewest:
-        raise InputError(f"divisions ({n}, {m}) are no smooth sphere, its elements would meet at "
-                         f"folds: take at least ({FEWEST_ROUND}, {fewest})")
-    polar, azimuth = np.meshgrid(np.radians(np.linspace(polar_angles[1], polar_angles[0], m + 1)),
-                                 np.linspace(0.0, 2.0 * np.pi, n, endpoint=False), indexing="ij")
-    normals = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth),
-                        np.cos(polar)], axis=2).reshape(-1, 3)
-    j, i = np.divmod(np.arange(n * m), n)
-    right = (i + 1) % n
-    quads = np.stack([n * j + i, n * j + right, n * (j + 1) + right, n * (j + 1) + i], axis=1)
-    return radius * normals, quads, normals
-
-
-def _mesh(name, given):
-    """A pair of nodes and quads."""
-    try:
-        nodes, quads = given
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be a pair (nodes, quads)") from None
-    nodes = floats(f"{name}: nodes", nodes, (None, 3))
-    return nodes, node_numbers(quads, len(nodes))
-
-
-@checked
-def join(blocks: list[Annotated[tuple, _mesh]]):
-    """One mesh (nodes, quads) of several, coincident nodes merged, in order of first appearance.
-
-    Args:
-        blocks: pairs of nodes (n, 3) [m] and quads (m, 4), as of ``block``.
-
-    Raises:
-        InputError: no blocks, or something else.
-    """
-    if not blocks:
-        raise InputError("blocks must not be empty")
-    counts = np.cumsum([0] + [len(nodes) for nodes, _ in blocks])
-    nodes = np.concatenate([nodes for nodes, _ in blocks])
-    quads = np.concatenate([quads + shift for (_, quads), shift in zip(blocks, counts)])
-    near = _near(nodes, quads)
+    near = _near(nodes, faces) if tolerance is None else np.full(len(nodes), tolerance)
     pairs = cKDTree(nodes).query_pairs(near.max(), output_type="ndarray")
     gaps = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
     pairs = pairs[gaps <= near[pairs].max(axis=1)]
@@ -159,7 +55,7 @@ def join(blocks: list[Annotated[tuple, _mesh]]):
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    return nodes[first[order]], rank[group][quads]
+    return first[order], rank[group]
 
 
 @checked
@@ -211,9 +107,15 @@ def line_nodes(nodes: Nodes, quads, start: Vector, end: Vector):
 
 def not_joined(quads, line):
     """The first two consecutive nodes of ``line`` that no element edge joins, or None."""
-    joined = set(map(tuple, np.sort(element_edges(quads), axis=1).tolist()))
-    pairs = ((int(i), int(j)) for i, j in zip(line[:-1], line[1:]))
-    return next((pair for pair in pairs if (min(pair), max(pair)) not in joined), None)
+    pairs = np.stack([line[:-1], line[1:]], axis=1)
+    lacking = np.flatnonzero(~np.isin(edge_keys(pairs), edge_keys(element_edges(quads))))
+    return tuple(map(int, pairs[lacking[0]])) if len(lacking) else None
+
+
+def edge_keys(edges):
+    """(n,) one number for each of ``edges`` (n, 2), the same in both directions."""
+    low, high = np.sort(edges, axis=1).T
+    return low * 2**32 + high
 
 
 def vector_areas(corners):
@@ -270,7 +172,7 @@ def _check_nodes(nodes, quads):
     if len(same):
         first, second = sorted((int(same[0]), int(other[same[0]])))
         raise InputError(f"nodes {first} and {second} are at the same place "
-                         f"{nodes[first].tolist()}")
+                         f"{nodes[first].tolist()} (corovec.join makes them one)")
 
 
 def _near(nodes, quads):

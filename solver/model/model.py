@@ -4,21 +4,35 @@ A frozen dataclass of read-only float64 arrays, entity axis first, checked when 
 SI units throughout.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from ..checks import TINY, choice, existing, floats, integers, number, shown, single
+from ..checks import (
+    TINY,
+    choice,
+    existing,
+    floats,
+    instance,
+    integers,
+    number,
+    plain_array,
+    shown,
+    single,
+)
 from ..errors import InputError
 from ..kernels.arguments import Elements
 from ..names import listed
 from ..signatures import Vector, checked
-from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, side_by_side
+from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
+from .inertia import mass_properties
 from .loads import COMPONENTS, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
+from .meshes import Mesh
 
 LOADS = (NodalLoad, NodalMoment, Pressure, Gravity)
 
@@ -41,10 +55,12 @@ class Model:
         loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s and ``Gravity``; see
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s; none for a free-flying shell.
-        normals: (n_directors, 3) initial unit normals; left out, the mean of the element normals
-            at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved shell that
-            mean is one-sided: give the exact ones there.  A smooth shell has one director a node;
-            a junction has one for each plate that meets there, in the order of ``directors``.
+        normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
+            at its vertices, of which a director has the mean; left out, the mean of the element
+            normals at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved
+            shell that mean is one-sided: give the exact ones there.  A smooth shell has one
+            director a node; a junction has one for each plate that meets there, in the order of
+            ``directors``.
         velocity: (n_nodes, 3) initial dx/dt [m/s].
         normal_velocity: (n_directors, 3) initial dp/dt [1/s], tangential to the normals.
         membrane: assumed membrane field: ``stress`` (Pian-Sumihara), ``strain``, or
@@ -101,6 +117,24 @@ class Model:
         self._check_supports()
         self._check_normal_velocity()
 
+    @classmethod
+    def of(cls, mesh, thickness, youngs, poisson, density, **options):
+        """A model of a ``Mesh``: its nodes, quads and exact normals.
+
+        Args:
+            mesh: ``Mesh``.
+            thickness, youngs, poisson, density: as of ``Model``, or by groups of elements,
+                ``{group: value}``.
+            options: as of ``Model``.
+
+        Raises:
+            InputError: as of ``Model``, or of ``Mesh.per_element``.
+        """
+        instance("mesh", mesh, Mesh)
+        values = (mesh.per_element(value) if isinstance(value, Mapping) else value
+                  for value in (thickness, youngs, poisson, density))
+        return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
+
     def __setstate__(self, state):
         """Arrays come writable out of a pickle: read-only again, which is also the type for which
         the kernels are compiled."""
@@ -124,7 +158,7 @@ class Model:
         mean = floats("normals", found.normals, found.normals.shape)
         if self.normals is None:
             return found._replace(normals=mean)
-        normals = floats("normals", self.normals, mean.shape)
+        normals = floats("normals", self._nodal(found), mean.shape)
         length = np.linalg.norm(normals, axis=1)
         if np.any(np.abs(length - 1.0) > 1e-9):
             k = int(np.argmax(np.abs(length - 1.0)))
@@ -135,6 +169,16 @@ class Model:
             if np.linalg.norm(np.cross(one, two)) < LEAST_SPREAD:
                 raise InputError(f"normals: the plates that meet at node {i} are given the same")
         return found._replace(normals=floats("normals", normals / length[:, None], normals.shape))
+
+    def _nodal(self, found):
+        """The normals given, those at vertices as means at the directors ``found``."""
+        if np.ndim(plain_array("normals", self.normals, "n, 3")) != 3:
+            return self.normals
+        given = floats("normals", self.normals, (len(self.quads), 4, 3))
+        total = np.zeros(found.normals.shape)
+        np.add.at(total, found.vertices, given)
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return total / np.where(length > 0.0, length, 1.0)
 
     def _check_normal_velocity(self):
         """dp/dt is tangential, and at a junction that of a rigid motion of all its directors."""
@@ -162,6 +206,32 @@ class Model:
         for name in ("y0", "r0", "l", "Q", "k_b"):
             constants[name] = side_by_side(constants[name])
         return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
+
+    @cached_property
+    def recovery(self):
+        """Operators of the stress resultants at the centres of all elements, ``Recovery``."""
+        return recovery(self.nodes[self.quads], self.thickness, self.youngs, self.poisson,
+                        membrane=self.membrane, shear=self.shear)
+
+    @cached_property
+    def mass_properties(self):
+        """``MassProperties`` of the initial shell."""
+        return mass_properties(self.elements, self.nodes, self.normals)
+
+    @property
+    def mass(self):
+        """Mass [kg]."""
+        return self.mass_properties.mass
+
+    @property
+    def centre(self):
+        """(3,) centre of mass [m]."""
+        return self.mass_properties.centre
+
+    @property
+    def inertia(self):
+        """(3, 3) inertia about the centre of mass, rotary inertia included [kg m^2]."""
+        return self.mass_properties.inertia
 
     @property
     def nodal_mass(self):

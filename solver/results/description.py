@@ -31,6 +31,7 @@ class _Settings(_Strict):
     newton: _Newton
     solver: str
     frame_every: int
+    stresses: bool
 
 
 class _StaticSettings(_Strict):
@@ -39,6 +40,7 @@ class _StaticSettings(_Strict):
     max_iterations: int
     fast_iterations: int
     max_divisions: int
+    stresses: bool
 
 
 class _LoadControl(_StaticSettings):
@@ -73,12 +75,22 @@ class _Edges(_Strict):
     largest_smooth: float | None
 
 
+_Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class _Body(_Strict):
+    mass: float
+    centre: _Vector
+    inertia: Annotated[list[_Vector], Field(min_length=3, max_length=3)]
+
+
 class _Description(_Strict):
     case: str | None
     fingerprint: str
     nodes: int
     elements: int
     edges: _Edges
+    body: _Body
     membrane: str
     shear: str
     solver: str
@@ -90,6 +102,8 @@ class _Description(_Strict):
 
 class _Dynamics(_Description):
     settings: _Settings
+    probes: dict[str, int]
+    start: str | None
 
 
 class _Statics(_Description):
@@ -112,4 +126,10 @@ def parsed(text, sizes):
         raise ValueError(f"{place}: {first['msg']}") from None
     if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
         raise ValueError("description is of another mesh")
+    for place, told, there in (
+            ("supported", description["supported"], sizes.supported),
+            ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
+            ("probes", sorted(description.get("probes", ())), sorted(sizes.probes))):
+        if told != there:
+            raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description

@@ -13,19 +13,41 @@ DYNAMICS = np.dtype([
     ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
     ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
     ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
-    ("iterations", "i4"), ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"),
-    ("indefinite", "i4")])
+    ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("iterations", "i4"),
+    ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4")])
 """A row of a run, one a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over
-nodes)."""
+nodes), ``reaction`` is the force of all supports at the generalized midpoint of the step that ends
+there, ``reaction_moment`` its moment about the origin, both zero in the first row."""
 
 STATICS = np.dtype([
-    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("iterations", "i4"),
-    ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
-"""A row of a static path: its load factor, the resultant of the reactions, iterations, load steps
-and factorizations with negative pivots since the row before, and the step (load factor or arc
-length) that is tried next."""
+    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("reaction_moment", "f8", 3),
+    ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
+"""A row of a static path: its load factor, the resultant of the reactions and its moment about the
+origin, iterations, load steps and factorizations with negative pivots since the row before, and the
+step (load factor or arc length) that is tried next."""
+
+PROBE = {"_u": "displacement", "_v": "velocity"}
+"""What a probe adds to the columns of a run in time, three numbers each, behind its name."""
 
 TIMES = "VTKHDF/Steps/Values"
+
+
+def probed(probes):
+    """The type of a row of a run with probes of these names."""
+    own = [(f"{name}{end}", "f8", 3) for name in probes for end in PROBE]
+    return np.dtype([*DYNAMICS.descr, *own])
+
+
+def probe_names(row):
+    """Names of the probes in a type of rows."""
+    return tuple(name[:-2] for name in row.names if name[-2:] == "_u")
+
+
+def columns(row):
+    """``{column: its place in a file}`` of a type of rows."""
+    own = {f"{name}{end}": f"probes/{name}/{what}"
+           for name in probe_names(row) for end, what in PROBE.items()}
+    return {name: own.get(name, f"history/{name}") for name in row.names}
 
 
 class Sizes(NamedTuple):
@@ -33,36 +55,59 @@ class Sizes(NamedTuple):
 
     Attributes:
         static: whether it is a static path.
-        nodes: of the mesh; elements: of it.
+        nodes: of the mesh; elements: of it; directors: of the shell.
         steps: there is room for, beside the start; frames: there is room for.
         numbers: of a packed state.
+        supported: whether frames have reactions; stresses: whether they have stresses.
+        probes: their names.
     """
 
     static: bool
     nodes: int
     elements: int
+    directors: int
     steps: int
     frames: int
     numbers: int
+    supported: bool
+    stresses: bool
+    probes: tuple = ()
 
     @property
     def row(self):
         """Type of a history row."""
-        return STATICS if self.static else DYNAMICS
+        return STATICS if self.static else probed(self.probes)
 
     @property
     def fields(self):
-        """``{name: (place in the view, shape)}`` of what a frame consists of, in the order of its
-        checksum."""
-        nodal = ("displacement", "normal", *(("reaction",) if self.static else ()))
-        return {**{name: ("PointData", (self.nodes, 3)) for name in nodal},
-                "strain_energy": ("CellData", (self.elements,))}
+        """``{name: (place in the view or None, shape)}`` of what a frame consists of, in the order
+        of its checksum."""
+        nodal = ["displacement", "normal"]
+        several = ["director"] if self.directors > self.nodes else []
+        held = ["reaction", "reaction_moment"] if self.supported else []
+        fields = {**{name: ("PointData", (self.nodes, 3)) for name in nodal},
+                  **{name: (None, (self.directors, 3)) for name in several},
+                  **{name: ("PointData", (self.nodes, 3)) for name in held},
+                  "strain_energy": ("CellData", (self.elements,))}
+        if self.stresses:
+            fields |= {name: ("CellData", (self.elements, size)) for name, size in STRESSES.items()}
+            fields["nodal_von_mises"] = "PointData", (self.nodes, 3)
+        return fields
+
+    @property
+    def shown(self):
+        """Those of the view."""
+        return {name: field for name, field in self.fields.items() if field[0]}
+
+
+STRESSES = {"membrane_force": 3, "moment": 3, "shear_force": 2, "von_mises": 3}
+"""Numbers an element of each field of stresses."""
 
 
 def fixed(sizes):
     """``{place: (dtype, shape)}`` of the datasets that are written once, with the file."""
     nodes, elements, frames = sizes.nodes, sizes.elements, sizes.frames
-    offsets = [f"{place}Offsets/{name}" for name, (place, _) in sizes.fields.items()]
+    offsets = [f"{place}Offsets/{name}" for name, (place, _) in sizes.shown.items()]
     each = ("PartOffsets", "NumberOfParts", "PointOffsets", *offsets)
     return {"model/nodes": ("f8", (nodes, 3)), "model/quads": ("i8", (elements, 4)),
             "frames/step": ("i8", (frames,)),
@@ -78,8 +123,8 @@ def fixed(sizes):
 def growing(sizes):
     """``{place: (dtype, shape)}`` of the datasets that a run fills."""
     row = sizes.row
-    return {**{f"history/{name}": (row[name].base, (sizes.steps + 1, *row[name].shape))
-               for name in row.names},
+    return {**{place: (row[name].base, (sizes.steps + 1, *row[name].shape))
+               for name, place in columns(row).items()},
             **{f"frames/{name}": ("f8", (sizes.frames * size, *rest))
                for name, (_, (size, *rest)) in sizes.fields.items()},
             "frames/checksum": ("u4", (sizes.frames,)),
@@ -90,7 +135,7 @@ def links(sizes):
     """``{place in the view: dataset that is shown there}``."""
     return {"VTKHDF/Points": "model/nodes",
             **{f"VTKHDF/{place}/{name}": f"frames/{name}"
-               for name, (place, _) in sizes.fields.items()}}
+               for name, (place, _) in sizes.shown.items()}}
 
 
 def checked_sizes(file):
@@ -103,11 +148,14 @@ def checked_sizes(file):
         shape = _stored(file, place).shape
         return shape[0] if shape else 0
 
-    static = "factor" in set(_own(file, "history"))
+    static, framed = "factor" in set(_own(file, "history")), set(_own(file, "frames"))
     packed = _stored(file, "checkpoint/state").shape or (0,)
-    sizes = Sizes(static, rows("model/nodes"), rows("model/quads"),
-                  rows(f"history/{'factor' if static else 'time'}") - 1, rows("frames/step"),
-                  packed[-1])
+    nodes, frames = rows("model/nodes"), rows("frames/step")
+    directors = rows("frames/director") // max(frames, 1) if "director" in framed else nodes
+    sizes = Sizes(static, nodes, rows("model/quads"), directors,
+                  rows(f"history/{'factor' if static else 'time'}") - 1, frames, packed[-1],
+                  "reaction" in framed, "von_mises" in framed,
+                  tuple(_own(file, "probes")) if "probes" in file else ())
     for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
         _check(_stored(file, place), place, dtype, shape)
     times = _stored(file, TIMES, h5py.h5d.CHUNKED)

@@ -12,12 +12,12 @@ from .checkpoint import valid_slots
 from .checksums import intact, of_fixed
 from .description import parsed
 from .files import reason, regular_file
-from .layout import TIMES, Sizes, checked_sizes
+from .layout import TIMES, Sizes, checked_sizes, columns
 from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-4"
+FORMAT = "corovec-run-5"
 
-OLDER = ("corovec-run-1", "corovec-run-2", "corovec-run-3")
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, 5))
 
 
 @checked
@@ -29,9 +29,12 @@ def read(path: File):
 
     Returns:
         dict: ``description`` (dict), ``step``, ``n_steps`` (there is room for), ``history``
-        (structured array of step + 1 rows), ``frame_steps`` (n,), ``displacement`` and ``normal``
-        (n, n_nodes, 3), ``strain_energy`` (n, n_elem), in statics ``reaction`` (n, n_nodes, 3),
-        ``nodes``, ``quads``.
+        (structured array of step + 1 rows, a probe's columns being NAME_u and NAME_v),
+        ``frame_steps`` (n,), ``displacement`` and ``normal`` (n, n_nodes, 3), ``director``
+        (n, n_directors, 3), ``strain_energy`` (n, n_elem), of a shell with supports ``reaction``
+        and ``reaction_moment`` (n, n_nodes, 3), where they were asked for the stresses
+        ``membrane_force``, ``moment``, ``von_mises`` (n, n_elem, 3), ``shear_force`` (n, n_elem, 2)
+        and ``nodal_von_mises`` (n, n_nodes, 3), and ``nodes``, ``quads``.
 
     Raises:
         InputError: no path.
@@ -42,10 +45,11 @@ def read(path: File):
     with opened(path, "r") as file:
         stored = load(file, path, whole=True)
         sizes, n = stored.sizes, len(stored.frame_steps)
+        fields = {name: stored.fields[name][:n * shape[0]].reshape(n, *shape)
+                  for name, (_, shape) in sizes.fields.items()}
         return {"description": stored.description, "step": stored.step, "n_steps": sizes.steps,
                 "history": stored.history, "frame_steps": stored.frame_steps,
-                **{name: stored.fields[name][:n * shape[0]].reshape(n, *shape)
-                   for name, (_, shape) in sizes.fields.items()},
+                "director": fields["normal"], **fields,
                 "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
 
 
@@ -167,8 +171,8 @@ def _newest_good(slots, plan, good):
 def _history(file, sizes, step):
     """History rows up to ``step``."""
     history = np.zeros(step + 1, sizes.row)
-    for name in sizes.row.names:
-        history[name] = file[f"history/{name}"][:step + 1]
+    for name, place in columns(sizes.row).items():
+        history[name] = file[place][:step + 1]
     return history
 
 

@@ -11,8 +11,10 @@ Dynamics and statics differ in the fields of a history row and of a frame.  Layo
 of every history is the start):
 
 - ``/history/NAME`` (n_steps + 1, ...): see ``DYNAMICS`` and ``STATICS`` of ``layout``;
+  ``/probes/NAME/displacement`` and ``velocity`` (n_steps + 1, 3): of single nodes;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
-  ``displacement``, (n_frames * n_elem,) of element values, frame after frame;
+  ``displacement``, (n_frames * n_elem, ...) of element values, frame after frame, all of them in
+  ``Sizes.fields``;
   ``/frames/checksum`` (n_frames,): see ``checksums``;
 - ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step
   and checksum; ``/model``: nodes and quads;
@@ -35,7 +37,7 @@ from ..errors import ResultFileError
 from .checkpoint import EMPTY, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
-from .layout import STATICS, TIMES, Sizes, fixed, growing
+from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, probe_names
 from .reading import FORMAT, load, opened
 from .vtkhdf import copy_times, make_view, show_frame
 
@@ -46,8 +48,8 @@ METADATA = 200_000
 class Recorder:
     """Writes one run to one file; see the module.
 
-    A frame is ``(index, time, {"PointData": {name: (n_nodes, 3)}, "CellData": {name: (n_elem,)}})``
-    with the time under which ParaView shows it; times must ascend.
+    A frame is ``(index, time, {name: values})``, see ``snapshot``, with the time under which
+    ParaView shows it; times must ascend.
     """
 
     def __init__(self, path, model, description):
@@ -61,7 +63,7 @@ class Recorder:
         last of ``frame_steps`` is the last step."""
         recorder = cls(writable_path(path, overwrite), model, description)
         try:
-            with recorder._new(state, rows.dtype, frame_steps) as file:
+            with recorder._new(state, rows.dtype, frame[2], frame_steps) as file:
                 recorder._write(file, 0, state, rows, frame)
         except OSError as error:
             raise ResultFileError(f"{recorder.path} cannot be created: "
@@ -100,7 +102,7 @@ class Recorder:
                 if not full:
                     self._write(file, step, state, rows, frame)
             if full:
-                with (self._new(state, rows.dtype, np.arange(2 * step)) as longer,
+                with (self._new(state, rows.dtype, frame[2], np.arange(2 * step)) as longer,
                       h5py.File(self.path, "r", locking=False) as file):
                     _copy(file, longer)
                     self._write(longer, step, state, rows, frame)
@@ -110,10 +112,12 @@ class Recorder:
                                   "checkpoint") from None
 
     @contextmanager
-    def _new(self, state, row, frame_steps):
+    def _new(self, state, row, fields, frame_steps):
         """An empty file with all its space reserved, in the place of ``path`` once it is filled."""
-        sizes = Sizes(row == STATICS, len(self.model.nodes), len(self.model.quads),
-                      int(frame_steps[-1]), len(frame_steps), len(state.pack()))
+        model = self.model
+        sizes = Sizes(row == STATICS, len(model.nodes), len(model.quads), len(model.normals),
+                      int(frame_steps[-1]), len(frame_steps), len(state.pack()),
+                      "reaction" in fields, "von_mises" in fields, probe_names(row))
         with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
             claim(partial, _bytes(sizes) + len(self._text))
@@ -124,11 +128,10 @@ class Recorder:
 
     @staticmethod
     def _write(file, step, state, rows, frame):
-        index, time, data = frame
-        history, frames = file["history"], file["frames"]
-        for name in rows.dtype.names:
-            history[name][step + 1 - len(rows):step + 1] = rows[name]
-        fields = {name: values for place in data.values() for name, values in place.items()}
+        index, time, fields = frame
+        frames = file["frames"]
+        for name, place in columns(rows.dtype).items():
+            file[place][step + 1 - len(rows):step + 1] = rows[name]
         for name, values in fields.items():
             frames[name][index * len(values):(index + 1) * len(values)] = values
         frames["checksum"][index] = of_frame(index, time, rows, fields.values())
@@ -169,6 +172,12 @@ def _check_same_run(path, there, here):
         if stored.get(key) != value:
             raise ResultFileError(f"{path} is from other parameters: {key} is {stored.get(key)} "
                                   f"there and {value} here")
+    if there.get("start") != here.get("start"):
+        raise ResultFileError(f"{path} is from other parameters: it starts from another "
+                              "configuration")
+    if there.get("probes") != here.get("probes"):
+        raise ResultFileError(f"{path} is from other parameters: probes are {there.get('probes')} "
+                              f"there and {here.get('probes')} here")
     if there["fingerprint"] != here["fingerprint"]:
         case = there["case"]
         what = f" ({case}, {there['elements']} elements)" if case else ""
@@ -187,7 +196,7 @@ def _flat(settings):
 
 
 def _copy(file, longer):
-    """All rows and frames of a full ``file`` into the first places of a ``longer`` one."""
+    """All rows and frames of a full ``file`` (of statics) into the first places of a ``longer``."""
     for group in ("history", "frames"):
         for name, values in file[group].items():
             longer[group][name][:len(values)] = values[...]

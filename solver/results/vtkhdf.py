@@ -24,7 +24,7 @@ def make_view(file, model, sizes):
     for what in ("Part", "Point", "Cell", "ConnectivityId"):
         steps[f"{what}Offsets"][...] = 0
     steps["NumberOfParts"][...] = 1
-    for name, (place, (size, *_)) in sizes.fields.items():
+    for name, (place, (size, *_)) in sizes.shown.items():
         steps[f"{place}Offsets/{name}"][...] = frames * size
     for place, shown in links(sizes).items():
         file[place] = file[shown]

@@ -14,17 +14,26 @@ from urllib.request import url2pathname
 import numpy as np
 
 
-def describe(model, settings, solver, case=None, **plan):
+def describe(model, settings, solver, case=None, probes=None, start=None, **plan):
     """What a result file says of its run; a resumed run must agree but for versions and machine.
 
-    ``plan``: what a static run is asked for, beside its settings.
+    ``probes``: nodes by name, of a run in time; ``start``: arrays of the configuration that it
+    starts from, if that is not the model's; ``plan``: what a static run is asked for, beside
+    its settings.
     """
+    own = {} if probes is None else {"probes": probes, "start": digest(start)}
     return {"case": case, "fingerprint": fingerprint(model),
             "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
             "elements": len(model.quads), "edges": model.folds._asdict(),
-            "membrane": model.membrane, "shear": model.shear,
+            "body": body(model), **own, "membrane": model.membrane, "shear": model.shear,
             "solver": solver, "unloaded_at": model.unloaded_at, "supported": bool(model.supports),
             "versions": versions(), "machine": machine()}
+
+
+def body(model):
+    """Mass properties of a model, as plain numbers."""
+    return {name: np.asarray(value).tolist()
+            for name, value in model.mass_properties._asdict().items()}
 
 
 def fingerprint(model):
@@ -36,6 +45,12 @@ def fingerprint(model):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
     return digest.hexdigest()
+
+
+def digest(arrays):
+    """SHA-256 of some arrays, None for none."""
+    return None if arrays is None else hashlib.sha256(
+        b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 def versions():

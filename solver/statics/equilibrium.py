@@ -173,6 +173,11 @@ class Equilibrium:
                              self.system.loads_by(at_factor(factor)), tangent=tangent,
                              predicted=predicted)
 
+    def reactions(self, factor):
+        """``Reactions`` of the state, for which ``assemble`` was called last."""
+        return self.system.reactions(self.state, self.place, STATIC,
+                                     self.system.loads_by(at_factor(factor)))
+
     def correction(self, factor, mixed):
         """The correction of the state under the loads of a factor."""
         self.assemble(factor, mixed)

@@ -13,6 +13,7 @@ from ..system.loads import at_factor
 from ..system.rounding import EPS, judge
 from ..system.state import Place
 from .equilibrium import Equilibrium
+from .result import LinearResult
 from .settings import StaticSettings
 
 MOST_REFINEMENTS = 10
@@ -34,7 +35,8 @@ def solve_linear(model: Model, solver="skyline"):
         solver: the linear solver, as of ``StaticSettings``.
 
     Returns:
-        (displacement (n_nodes, 3) [m], change of the normals (n_nodes, 3)).
+        ``LinearResult``; ``displacement, change_of_normals = solve_linear(model)`` takes the first
+        two of it.
 
     Warns:
         AccuracyWarning: few digits are correct.
@@ -51,9 +53,13 @@ def solve_linear(model: Model, solver="skyline"):
         raise InputError(f"the shell is a mechanism: {error}") from None
     nodes, A1 = equilibrium.system.dofs.nodes, equilibrium.place.start.A1
     displacement = solution[equilibrium.system.translations]
-    change = np.stack([A1[d, :, :n] @ solution[first + 3:first + 3 + n]
-                       for d, first, n in zip(nodes.first, nodes.start, nodes.n_rot)])
-    return displacement, change
+    change = np.concatenate([
+        A1[d:end, :, :n] @ solution[start + 3:start + 3 + n]
+        for d, end, start, n in zip(nodes.first, nodes.first[1:], nodes.start, nodes.n_rot)])
+    _residual(equilibrium, solution)
+    reactions = equilibrium.reactions(1.0)
+    return LinearResult(displacement, change[nodes.first[:-1]], change, reactions.forces,
+                        reactions.moments)
 
 
 def _refine(equilibrium, solution):

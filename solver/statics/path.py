@@ -24,7 +24,8 @@ class Path:
         self.equilibrium = Equilibrium(model, settings)
         self._settings = settings
         self._clock = time.perf_counter()
-        self.rows = Rows(self.equilibrium.system, self.equilibrium.state, self.equilibrium.place)
+        self.rows = Rows(self.equilibrium.system, self.equilibrium.state, self.equilibrium.place,
+                         settings.stresses)
 
     def begin(self, first_step, output, overwrite, resume, n_steps, **plan):
         """The row of zero load, or every row of the file that is continued.
@@ -56,16 +57,15 @@ class Path:
             shown: its time in ParaView.
         """
         equilibrium = self.equilibrium
-        system = equilibrium.system
         equilibrium.assemble(factor, tangent=False)
-        residual = system.residual
-        reactions = (residual.balance - residual.unmasked)[system.translations]
+        reactions = equilibrium.reactions(factor)
         if len(self.rows):
             self._check_balance(factor)
         pivots, equilibrium.pivots = equilibrium.pivots, []
         indefinite = NOT_TOLD if None in pivots else sum(map(bool, pivots))
-        self.rows.append((factor, equilibrium.place.observed.strain, reactions.sum(axis=0),
-                          iterations, steps, indefinite, next_step), reactions, shown)
+        self.rows.append((factor, equilibrium.place.observed.strain, reactions.force,
+                          reactions.moment, iterations, steps, indefinite, next_step), reactions,
+                         shown)
 
     def result(self, first):
         """``StaticResult`` of the rows from ``first`` on."""

@@ -8,9 +8,43 @@ from ..results.frame import table
 from ..results.layout import STATICS
 from ..results.reading import read
 from ..results.recorder import Recorder
+from ..results.snapshot import snapshot
+from ..results.stresses import Configuration
 
-NODAL = ("displacement", "normal", "reaction")
-"""Values of the nodes that are kept with every row, (n_nodes, 3)."""
+NODAL = ("displacement", "normal", "director", "reaction", "reaction_moment")
+"""Values of the nodes that are kept with every row, (n_nodes, 3), of ``director`` (n_directors, 3).
+"""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearResult:
+    """A linear solution; it unpacks into its first two.
+
+    Attributes:
+        displacement: (n_nodes, 3) [m].
+        change_of_normals: (n_nodes, 3), at a junction of that of the first plate.
+        change_of_directors: (n_directors, 3), of all.
+        reactions: (n_nodes, 3) forces of the supports [N].
+        reaction_moments: (n_nodes, 3) moments of the supports about the nodes [N m].
+    """
+
+    displacement: np.ndarray
+    change_of_normals: np.ndarray
+    change_of_directors: np.ndarray
+    reactions: np.ndarray
+    reaction_moments: np.ndarray
+
+    def __iter__(self):
+        return iter((self.displacement, self.change_of_normals))
+
+    def __repr__(self):
+        return (f"<LinearResult: {len(self.displacement)} nodes, "
+                f"{np.linalg.norm(self.displacement, axis=1).max():.6g} m at most>")
+
+    @property
+    def state(self):
+        """``Configuration``, for ``stresses``."""
+        return Configuration(self.displacement, self.change_of_directors, linear=True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,7 +56,10 @@ class StaticResult:
         displacement: (n, n_nodes, 3) [m].
         normals: (n, n_nodes, 3), at a junction that of the first plate.
         strain_energy: (n,) [J].
+        directors: (n, n_directors, 3) all normals.
         reactions: (n, n_nodes, 3) forces of the supports [N].
+        reaction_moments: (n, n_nodes, 3) moments of the supports about the nodes [N m].
+        reaction_moment: (n, 3) resultant moment of the supports about the origin [N m].
         iterations: (n,) Newton iterations since the row before.
         steps: (n,) load steps taken since the row before.
         works: works of the corrections of the last step computed, first to last.
@@ -35,7 +72,10 @@ class StaticResult:
     displacement: np.ndarray
     normals: np.ndarray
     strain_energy: np.ndarray
+    directors: np.ndarray
     reactions: np.ndarray
+    reaction_moments: np.ndarray
+    reaction_moment: np.ndarray
     iterations: np.ndarray
     steps: np.ndarray
     works: tuple
@@ -47,21 +87,28 @@ class StaticResult:
         return (f"<StaticResult: {len(self.factors)} equilibria to factor "
                 f"{self.factors[-1]:.6g}, {self.displacement.shape[1]} nodes>")
 
+    @property
+    def states(self):
+        """``Configuration`` of every row, for ``stresses``."""
+        return [Configuration(*row) for row in zip(self.displacement, self.directors)]
+
     def frame(self):
-        """The rows as a ``pandas.DataFrame``, with the resultant of the reactions; displacements,
-        normals and reactions of the nodes are left out."""
+        """The rows as a ``pandas.DataFrame``, with the resultants of the reactions, moments about
+        the origin; displacements, normals and reactions of the nodes are left out."""
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
-                      "reaction": self.reactions.sum(axis=1), "iterations": self.iterations,
+                      "reaction": self.reactions.sum(axis=1),
+                      "reaction_moment": self.reaction_moment, "iterations": self.iterations,
                       "steps": self.steps})
 
 
 class Rows:
     """Rows of the path of ``state``, each with a frame; the first is at zero load."""
 
-    def __init__(self, system, state, place):
-        self._system, self._state, self._place = system, state, place
+    def __init__(self, system, state, place, stresses):
+        """``stresses``: whether they are recorded."""
+        self._system, self._state, self._place, self._stresses = system, state, place, stresses
         self._history, self._nodal = [], []
-        self._recorder = None
+        self._recorder = self._frame = None
 
     def __len__(self):
         return len(self._history)
@@ -85,25 +132,31 @@ class Rows:
     def columns(self, first):
         """The arrays of a ``StaticResult``, of the rows from ``first`` on."""
         history = np.concatenate(self._history[first:])
-        displacement, normals, reactions = (
+        displacement, normals, directors, reactions, moments = (
             np.array([nodal[name] for nodal in self._nodal[first:]]) for name in NODAL)
-        return (history["factor"], displacement, normals, history["strain_energy"], reactions,
-                history["iterations"], history["steps"])
+        return (history["factor"], displacement, normals, history["strain_energy"], directors,
+                reactions, moments, history["reaction_moment"], history["iterations"],
+                history["steps"])
 
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""
-        system, state = self._system, self._state
-        displacement, normals = system.displacement(state), system.nodal_normals(self._place)
         self._history.append(np.array([row], dtype=STATICS))
-        self._nodal.append(dict(zip(NODAL, (displacement, normals, reactions))))
+        fields = snapshot(self._system, self._state, self._place, reactions, self._stresses)
+        self._frame = len(self) - 1, shown, fields
+        self._keep(fields)
         if self._recorder:
-            self._recorder.write(len(self) - 1, state, self._history[-1], self._frame(shown))
+            self._recorder.write(len(self) - 1, self._state, self._history[-1], self._frame)
+
+    def _keep(self, fields, k=...):
+        """Keep the values of the nodes of a frame, the ``k``-th of several."""
+        fields = {"director": fields["normal"], **fields}
+        self._nodal.append({name: fields[name][k] for name in NODAL})
 
     def create(self, path, description, n_steps, overwrite):
         """A new file with room for ``n_steps``, which gets the first row and all to come."""
         self._recorder = Recorder.create(
             path, self._system.model, description, self._state, self._history[0],
-            self._frame(0.0), np.arange(n_steps + 1), overwrite)
+            self._frame, np.arange(n_steps + 1), overwrite)
 
     def resume(self, path, description):
         """Take over the state and all rows of a file, and continue it."""
@@ -111,9 +164,5 @@ class Rows:
                                                         self._state)
         contents = read(path)
         self._history = [history[k:k + 1] for k in range(step + 1)]
-        self._nodal = [{name: contents[name][k] for name in NODAL} for k in range(step + 1)]
-
-    def _frame(self, shown):
-        return (len(self) - 1, shown,
-                {"PointData": self._nodal[-1],
-                 "CellData": {"strain_energy": self._place.start.energy}})
+        for k in range(step + 1):
+            self._keep(contents, k)

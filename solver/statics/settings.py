@@ -28,6 +28,7 @@ class StaticSettings:
     fast_iterations: int = setting("A step converged within so many lets the next one grow by "
                                    "half.", 6)
     max_divisions: int = setting("A step is at most divided by two to this power.", 12)
+    stresses: bool = setting("Record stresses with every frame.", False)
 
     def __post_init__(self):
         check_fields(self)

@@ -7,6 +7,7 @@ code goes through ``kernels.nodes``.
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..errors import InputError
 from ..kernels import nodes, updates
@@ -39,16 +40,22 @@ class Charts:
         self._advance, self._accept = Call(nodes.advance_nodes), Call(updates.accept)
         self._switch = Call(nodes.switch_charts)
 
-    def initial_state(self, model):
-        """State at t = 0, but for U_ddot, which is zero.
+    def initial_state(self, model, start=None):
+        """State at t = 0, but for U_ddot, which is zero: of the ``model``, or a configuration
+        ``start`` with its rates.
 
         Raises:
             InputError: a supported component has an initial velocity.
         """
         state = blank_state(model.nodes, self._numbering.n_dof)
-        state.velocity[self._translations] = model.velocity
-        nodes.start_charts(self.nodes, self.fixed_component, model.normals, model.normal_velocity,
-                           state.variables, state.chart, state.velocity)
+        p, velocity, rates = model.normals, model.velocity, model.normal_velocity
+        if start is not None:
+            state.x[:] += start.displacement
+            p, velocity, rates = start.directors, start.velocity, start.director_rates
+        state.velocity[self._translations] = velocity
+        nodes.start_charts(self.nodes, self.fixed_component, p, rates,
+                           _frames(model.directors.first, model.normals, p), state.variables,
+                           state.chart, state.velocity)
         moving = self.fixed & (state.velocity != 0.0)
         if np.any(moving):
             node = self._numbering.node_of_dof[np.argmax(moving)]
@@ -93,6 +100,16 @@ class Charts:
     def largest_turn(self, start, correction):
         """Largest angle [rad] by which a correction turns a normal."""
         return nodes.largest_turn(self.nodes, correction, start.A1)
+
+
+def _frames(first, before, p):
+    """(n_nodes, 3, 3) rows e_x, e_y, e_z of nodal frames, along the global axes at first; those of
+    junctions turned as their directors from ``before`` to p, by least squares."""
+    frames = np.tile(np.eye(3), (len(first) - 1, 1, 1))
+    for i in np.flatnonzero(np.diff(first) > 1):
+        members = slice(first[i], first[i + 1])
+        frames[i] = Rotation.align_vectors(p[members], before[members])[0].as_matrix().T
+    return frames
 
 
 def _supports(model, numbering):

@@ -19,6 +19,7 @@ from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
 from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
 from .numbering import number_dofs
+from .reactions import Supported
 from .rounding import EPS
 from .state import blank_place
 
@@ -55,6 +56,7 @@ class System:
         self.coordinates = Charts(model, self.numbering, follow)
         fixed = self.coordinates.fixed
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
+        self._supported = Supported(model, self.numbering, fixed)
         self._dead = DeadLoads(model, self.numbering)
         self.all_dead = not (self._items or self._dead.any_moment)
         if full_tangent and not self.all_dead:
@@ -74,8 +76,9 @@ class System:
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
 
-    def initial_state(self):
-        """State at t = 0: the initial configuration and velocities, U_ddot from Eq. (55).
+    def initial_state(self, start=None):
+        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot
+        from Eq. (55).
 
         Warns:
             UserWarning: no load does anything.
@@ -84,7 +87,7 @@ class System:
             InputError: a supported component has an initial velocity.
         """
         check_acting(self.model)
-        state = self.coordinates.initial_state(self.model)
+        state = self.coordinates.initial_state(self.model, start)
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
@@ -169,6 +172,14 @@ class System:
         if tangent and not self.all_dead:
             self._add_followers(Iterate(state, step, delta), loads)
 
+    def reactions(self, state, place, step, loads, averaged=False):
+        """``Reactions`` of the iterate that was assembled last, of the same arguments; forces and
+        moments are those of the generalized midpoint."""
+        work = self._work
+        x = state.x + (1.0 - step.alpha_f) * work.dx
+        return self._supported.reactions(self.residual, work, x, loads.dead.moments,
+                                         (work.p_end, place.start.p) if averaged else None)
+
     def _add_followers(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
         solver, step = self.solver, iterate.step
@@ -191,6 +202,11 @@ class System:
     def displacement(self, state):
         """(n_nodes, 3) displacements since t = 0 [m]."""
         return state.x - self.model.nodes + state.x_low
+
+    def at_node(self, state, node):
+        """Displacement since t = 0 [m] and velocity [m/s] of a node, (3,) each."""
+        return (state.x[node] - self.model.nodes[node] + state.x_low[node],
+                state.velocity[self.translations[node]])
 
     def mean_velocity(self, observed):
         """Rates (n_dof,) of the translation of a free shell with its mass centre; zero of one with

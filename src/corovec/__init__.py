@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from .solver.errors import (
         AccuracyWarning,
         InputError,
+        MeshWarning,
         ResultFileError,
         ResultFileWarning,
         StepError,
     )
     from .solver.model.directors import orient
+    from .solver.model.generators import block, cylinder, sphere, sphere_segment
     from .solver.model.histories import (
         Expression,
         Harmonic,
@@ -43,13 +45,15 @@ if TYPE_CHECKING:
         line_moment,
         surface_load,
     )
+    from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
     from .solver.results.frame import data_frame
     from .solver.results.reading import read
+    from .solver.results.stresses import Configuration, Stresses, stresses
     from .solver.statics.arc_length import arc_length
     from .solver.statics.linear import solve_linear
     from .solver.statics.load_control import load_control
-    from .solver.statics.result import StaticResult
+    from .solver.statics.result import LinearResult, StaticResult
     from .solver.statics.settings import StaticSettings
 
 _WHERE = {
@@ -58,30 +62,35 @@ _WHERE = {
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
-    "errors": ("AccuracyWarning", "InputError", "ResultFileError", "ResultFileWarning",
-               "StepError"),
+    "errors": ("AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
+               "ResultFileWarning", "StepError"),
     "model.directors": ("orient",),
+    "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
     "model.loads": ("Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support", "line_load",
                     "line_moment", "surface_load"),
+    "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
     "results.frame": ("data_frame",),
     "results.reading": ("read",),
+    "results.stresses": ("Configuration", "Stresses", "stresses"),
     "statics.arc_length": ("arc_length",),
     "statics.linear": ("solve_linear",),
     "statics.load_control": ("load_control",),
-    "statics.result": ("StaticResult",),
+    "statics.result": ("LinearResult", "StaticResult"),
     "statics.settings": ("StaticSettings",),
 }
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Drift", "Expression", "Gravity", "Harmonic", "InputError", "Model",
-    "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError",
-    "ResultFileWarning", "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError",
-    "Steps", "Support", "TimeFunction", "arc_length", "data_frame", "drift", "line_load",
-    "line_moment", "load_control", "orient", "read", "read_time_function", "rigid_velocity",
-    "simulate", "solve_linear", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Configuration", "Drift", "Expression", "Gravity", "Harmonic",
+    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "Newton", "NodalLoad",
+    "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
+    "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses", "Support",
+    "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
+    "line_load", "line_moment", "load_control", "orient", "read", "read_time_function",
+    "rigid_velocity", "simulate", "solve_linear", "sphere", "sphere_segment", "stresses",
+    "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

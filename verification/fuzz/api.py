@@ -6,6 +6,7 @@ import corovec
 from corovec import (
     Gravity,
     InputError,
+    Mesh,
     Model,
     Newton,
     NodalLoad,
@@ -38,6 +39,8 @@ PLATE = rectangle(2.0, 1.0, (2, 1))
 RUN = Settings(dt=0.1, end_time=0.2)
 PUSH = TimeFunction((0.0, 1.0), (0.0, 1.0))
 UP = (0.0, 0.0, 1e-3)
+NAMED = Mesh(PLATE.nodes, PLATE.quads, groups={"all": [0, 1]}, node_sets={"start": [0, 3]},
+             lines={"start": [(0, 3)]})
 
 
 def table(folder):
@@ -45,6 +48,7 @@ def table(folder):
     path, csv = folder / "run.h5", folder / "table.csv"
     csv.write_text("t,f\n0,0\n1,1\n")
     history = simulate(PLATE, RUN, output=path).history
+    NAMED.write(folder / "plate.inp", overwrite=True)
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
     files = {"output": None, "overwrite": False, "resume": False, "progress": None}
@@ -56,9 +60,9 @@ def table(folder):
         Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3, "max_iterations": 20},
         Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal"},
         Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
-                    "solver": "auto", "frame_every": 0},
+                    "solver": "auto", "frame_every": 0, "stresses": False},
         StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,
-                          "fast_iterations": 6, "max_divisions": 12},
+                          "fast_iterations": 6, "max_divisions": 12, "stresses": False},
         NodalLoad: {"node": 0, "force": UP, "history": PUSH},
         NodalMoment: {"node": 0, "moment": UP, "history": PUSH},
         Pressure: {"pressure": 1e-3, "elements": [0, 1], "history": PUSH},
@@ -75,24 +79,43 @@ def table(folder):
         corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads, "force": UP,
                                 "history": PUSH},
         corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
-        simulate: {"model": PLATE, "settings": RUN, **files, "case": None},
+        simulate: {"model": PLATE, "settings": RUN, **files, "case": None, "probes": {"tip": 2},
+                    "start": None},
         corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files,
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
                               "settings": StaticSettings(), "max_steps": 5, "wanted": 5,
                               **{name: files[name] for name in ("output", "overwrite", "resume")}},
         solve_linear: {"model": held, "solver": "skyline"},
+        corovec.stresses: {"model": PLATE, "axes": UP[::-1], "state": corovec.Configuration(
+            np.zeros((6, 3)), PLATE.normals)},
         corovec.total_energy: {"history": history},
         corovec.drift: {"history": history, "unloaded_at": 0.0, "supported": False},
         corovec.read: {"path": path},
-        mesh.block: {"corners": CORNERS, "divisions": (2, 2)},
-        mesh.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2)},
-        mesh.join: {"blocks": [(PLATE.nodes, PLATE.quads)]},
+        Mesh: {"nodes": PLATE.nodes, "quads": PLATE.quads, "groups": {"all": [0, 1]},
+               "node_sets": {"start": [0, 3]}, "lines": {"start": [(0, 3)]}, "normals": None},
+        NAMED.write: {"path": folder / "plate.msh", "overwrite": True},
+        Mesh.read: {"path": folder / "plate.inp", "merge": True, "reduce": True,
+                    "all_quads": True},
+        NAMED.named: {"name": "a"},
+        NAMED.nodes_at: {"x": 0.0, "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
+        NAMED.elements_at: {"x": (0.0, 2.0), "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
+        NAMED.line: {"start": (0.0, 0.0, 0.0), "end": (2.0, 0.0, 0.0)},
+        NAMED.chain: {"name": "start"},
+        NAMED.per_element: {"values": {"all": 0.1}, "default": 1.0},
+        Model.of: {"mesh": NAMED, **MATERIAL},
+        corovec.block: {"corners": CORNERS, "divisions": (2, 2)},
+        corovec.cylinder: {"radius": 1.0, "length": 1.0, "divisions": (9, 2), "angle": 360.0},
+        corovec.sphere: {"radius": 1.0, "divisions": 3},
+        corovec.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2),
+                                 "angle": 360.0},
+        corovec.join: {"meshes": [NAMED], "tolerance": 1e-6},
         mesh.node_at: {"nodes": PLATE.nodes, "point": (0.0, 0.0, 0.0)},
         mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
                            "end": (2.0, 0.0, 0.0)},
         load_case: {"name": "l-plate"},
-        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0},
+        load_case("l-plate").model: {"elements": 30, "load_factor": 1.0, "loads": ["P1"],
+                                    "rising": False},
         corovec.data_frame: {"history": history},
         corovec.orient: {"nodes": PLATE.nodes, "quads": PLATE.quads}}
 

@@ -24,13 +24,13 @@ from corovec.verification.shells import roof, strip
 from .campaign import Fault, Target
 from .junk import spoiled
 
-SETTINGS = Settings(dt=0.01, end_time=0.1, frame_every=2)
+SETTINGS = Settings(dt=0.01, end_time=0.1, frame_every=2, stresses=True)
 
 MODEL = cross_code_plate(1)
 
 
 def dynamic(path, **options):
-    return simulate(MODEL, SETTINGS, output=path, **options)
+    return simulate(MODEL, SETTINGS, output=path, probes={"tip": 5}, **options)
 
 
 def controlled(path, **options):

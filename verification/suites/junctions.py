@@ -5,8 +5,18 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from corovec import Model, Newton, NodalLoad, Settings, Support, simulate, solve_linear
-from corovec.solver.model.mesh import block, join
+from corovec import (
+    Mesh,
+    Model,
+    Newton,
+    NodalLoad,
+    Settings,
+    Support,
+    block,
+    join,
+    simulate,
+    solve_linear,
+)
 
 from ..case import Case, Row, at_least, small
 from ..helpers import (
@@ -26,9 +36,9 @@ def star(angles, divisions=(2, 2), length=1.0, width=1.0, **options):
     parts = [block([(0, 0, 0), (length * c, 0, length * s), (length * c, width, length * s),
                     (0, width, 0)], divisions)
              for c, s in ((np.cos(a), np.sin(a)) for a in np.radians(angles))]
-    nodes, quads = join(parts)
-    return Model(nodes, quads, **{"thickness": 0.1, "youngs": 1e4, "poisson": 0.3, "density": 1.0,
-                                  **options})
+    mesh = join(parts)
+    return Model(mesh.nodes, mesh.quads, **{"thickness": 0.1, "youngs": 1e4, "poisson": 0.3,
+                                            "density": 1.0, **options})
 
 
 STARS = {"fold of 90 degrees": (0, 90), "fold of 60 degrees": (0, 120), "T": (0, 90, 180),
@@ -43,14 +53,16 @@ def folded_patch():
     parts = []
     for corners in (((0, 0, 0), (0.12, 0, 0), (0.12, 0.24, 0), (0, 0.24, 0)),
                     ((0, 0, 0), (0, 0.24, 0), (0, 0.24, 0.12), (0, 0, 0.12))):
-        nodes, quads = block(corners, (3, 3))
+        part = block(corners, (3, 3))
+        nodes = part.nodes
         inside = (nodes[:, 1] > 1e-9) & (nodes[:, 1] < 0.24 - 1e-9) & (nodes.max(axis=1) > 0)
         side = np.maximum(nodes[:, 0], nodes[:, 2])
         inside &= (side > 1e-9) & (side < 0.12 - 1e-9)
         moves = rng.uniform(-0.012, 0.012, nodes.shape) * inside[:, None]
         moves[:, 0 if np.ptp(nodes[:, 0]) == 0 else 2] = 0.0
-        parts.append((nodes + moves, quads))
-    return join(parts)
+        parts.append(Mesh(nodes + moves, part.quads))
+    mesh = join(parts)
+    return mesh.nodes, mesh.quads
 
 
 def folded_state(nodes, kind, poisson):
@@ -116,7 +128,8 @@ def run_frame():
     parts = [block([(-half, 0, 0), (0, 0, 0), (0, width, 0), (-half, width, 0)], (n, 1)),
              block([(0, 0, 0), (half, 0, 0), (half, width, 0), (0, width, 0)], (n, 1)),
              block([(0, 0, 0), (0, width, 0), (0, width, height), (0, 0, height)], (1, n))]
-    nodes, quads = join(parts)
+    mesh = join(parts)
+    nodes, quads = mesh.nodes, mesh.quads
     ends = np.flatnonzero(np.isclose(np.abs(nodes[:, 0]), half))
     head = np.flatnonzero(np.isclose(nodes[:, 2], height))
     model = Model(nodes, quads, thickness, youngs, 0.0, 1.0,

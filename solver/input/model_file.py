@@ -1,0 +1,476 @@
+"""What a model file holds: a shell, what acts on it, and how it is computed, as data."""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from ..checks import floats
+from ..dynamics.settings import Settings
+from ..errors import InputError
+from ..model.arithmetic import arithmetic
+from ..model.histories import CONSTANT, TimeFunction
+from ..model.mesh import MOST_ELEMENTS, node_at
+from ..model.model import Model
+from ..runtime.memory import ELEMENT, check_memory
+from ..signatures import checked
+from .acting import Held, History, Load, RigidMotion
+from .geometry import Geometry, Refinement
+from .values import (
+    Count,
+    Name,
+    Number,
+    Point,
+    Positive,
+    Probe,
+    Strict,
+    Title,
+    columns,
+    in_unit,
+    within,
+)
+
+PROPERTIES = ("thickness", "youngs", "poisson", "density")
+
+
+class Parameters(Strict):
+    """Thickness and material.
+
+    Attributes:
+        thickness: of the shell [m].
+        thickness_at: instead, arithmetic in the place x, y, z of a node [m], as
+            ``0.02 - 0.001 * x``; an element has the mean of its nodes.
+        youngs: Young's modulus [Pa].
+        poisson: Poisson's ratio [-].
+        density: of the material [kg/m^3].
+    """
+
+    thickness_at: Name | None = None
+    thickness: in_unit("m", Positive) | None = Field(None, validate_default=True)
+    youngs: in_unit("Pa", Positive)
+    poisson: in_unit("", within(-1.0, 0.5))
+    density: in_unit("kg/m^3", Positive)
+
+    @field_validator("thickness", mode="before")
+    @classmethod
+    def _one(cls, thickness, info):
+        if thickness is None and info.data.get("thickness_at") is None:
+            raise ValueError("is missing")
+        if thickness is not None and info.data.get("thickness_at") is not None:
+            raise ValueError("is given by thickness_at as well")
+        return thickness
+
+
+class Group(Strict):
+    """What a group of elements has of its own, by the name of the group.
+
+    Attributes:
+        thickness: of the shell [m].
+        youngs: Young's modulus [Pa].
+        poisson: Poisson's ratio [-].
+        density: of the material [kg/m^3].
+    """
+
+    thickness: in_unit("m", Positive) | None = None
+    youngs: in_unit("Pa", Positive) | None = None
+    poisson: in_unit("", within(-1.0, 0.5)) | None = None
+    density: in_unit("kg/m^3", Positive) | None = None
+
+
+class Paper(Strict):
+    """Of a published run.
+
+    Attributes:
+        dt: time step [s].
+        steps: how many.
+    """
+
+    dt: in_unit("s", Positive)
+    steps: in_unit("", Count)
+
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self.dt.value * self.steps.value
+
+
+class Defaults(Strict):
+    """What a run has that is not told otherwise.
+
+    Attributes:
+        elements: the mesh, by its number of elements; the coarsest without it.
+        dt: time step [s].
+        end_time: at which it ends [s].
+    """
+
+    elements: Count | None = None
+    dt: Positive
+    end_time: Positive
+
+    @model_validator(mode="after")
+    def _possible(self):
+        Settings(self.dt, self.end_time)
+        return self
+
+
+class Static(Strict):
+    """Equilibrium under loads that grow from zero.
+
+    Attributes:
+        kind: ``static``.
+        increments: equal load factors up to 1 at which equilibrium is recorded.
+        loads: names of those that act; all without it.
+    """
+
+    kind: Literal["static"]
+    increments: Count = 10
+    loads: list[Name] | None = None
+
+
+class Dynamic(Strict):
+    """Motion from rest, from the initial velocities, or from the equilibrium of the step before.
+
+    Attributes:
+        kind: ``dynamic``.
+        dt: time step [s].
+        end_time: at which it ends [s].
+        loads: names of those that act; all without it.
+    """
+
+    kind: Literal["dynamic"]
+    dt: Positive
+    end_time: Positive
+    loads: list[Name] | None = None
+
+    @model_validator(mode="after")
+    def _possible(self):
+        Settings(self.dt, self.end_time)
+        return self
+
+
+class Output(Strict):
+    """What is recorded.
+
+    Attributes:
+        frame_every: steps between two frames; 0 for about 200 frames.
+        stresses: whether frames have stresses.
+    """
+
+    frame_every: Annotated[int, Field(ge=0)] = 0
+    stresses: bool = True
+
+
+class Calibration(Strict):
+    """How ``corovec calibrate`` fitted the peak of a history to a printed energy.
+
+    Attributes:
+        elements: the mesh, by its number of elements.
+        printed: its energy after unloading [J] as printed.
+        table: where it is printed.
+        dt: time step [s].
+        residual: of our energy, relative to the printed one.
+        dt_change: relative change of our energy at half the step.
+    """
+
+    elements: Count
+    printed: str
+    table: str
+    dt: Positive
+    residual: Number
+    dt_change: Number
+
+    @property
+    def source(self):
+        return (f"energy {self.printed} J of {self.elements} elements ({self.table}), which is no "
+                f"check any more; dt {self.dt:g} s, residual {self.residual:.0e}, at half the step "
+                f"{self.dt_change:+.0e}")
+
+
+class ModelFile(Strict):
+    """A model as its file defines it.
+
+    Attributes:
+        name: of the model.
+        title: what it is, in words.
+        paper: of a published run.
+        parameters: thickness and material.
+        groups: what groups of elements have of their own, by their names.
+        geometry: the mesh.
+        meshes: refinements of the geometry; the geometry as it is without any.
+        defaults: of a run in time; not needed with steps.
+        histories: functions of time, by name.
+        loads: what acts.
+        supports: what is held.
+        motion: how the shell moves at the start.
+        steps: one static, one dynamic, or a dynamic one that starts from the equilibrium of a
+            static one; a dynamic one by the defaults without any.
+        points: nodes by their places [m], whose motion is recorded at every step.
+        output: what is recorded.
+        calibration: how the peak was found, if it is calibrated.
+    """
+
+    name: Name
+    title: Title = ""
+    paper: Paper | None = None
+    parameters: Parameters
+    groups: dict[Name, Group] = {}
+    geometry: Geometry
+    meshes: list[Refinement] = []
+    defaults: Defaults | None = None
+    histories: dict[Name, History] = {}
+    loads: list[Load] = []
+    supports: list[Held] = []
+    motion: RigidMotion | None = None
+    steps: list[Annotated[Static | Dynamic, Field(discriminator="kind")]] = []
+    points: dict[Probe, in_unit("m", Point)] = {}
+    output: Output = Output()
+    calibration: Calibration | None = None
+
+    @field_validator("meshes")
+    @classmethod
+    def _some(cls, meshes):
+        if not meshes:
+            raise ValueError("must not be empty, leave it out")
+        return meshes
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        try:
+            problems = [*self._of_meshes(), *self._of_loads(), *self._of_steps()]
+        except InputError as error:  # the file of the mesh
+            raise ValueError(f"geometry.file: {error}") from None
+        problems = problems or [*self._of_places()]
+        if problems:
+            raise ValueError("; ".join(problems))
+        try:
+            self.model(self.sizes[0])
+        except InputError as error:
+            raise ValueError(f"geometry: {error}") from None
+        return self
+
+    def _of_meshes(self):
+        """What is wrong with the numbers of elements."""
+        for k, mesh in enumerate(self.meshes):
+            elements = self.geometry.elements * mesh.refinement**2
+            if self.geometry.file and mesh.refinement != 1:
+                yield f"meshes[{k}]: a mesh of a file has the refinement 1 only"
+            elif mesh.elements != elements:
+                yield (f"meshes[{k}]: refinement {mesh.refinement} has {elements} elements, not "
+                       f"{mesh.elements}")
+        for elements in self.sizes:
+            if elements > MOST_ELEMENTS:
+                yield f"geometry: {elements} elements, at most {MOST_ELEMENTS} are possible"
+        yield from _repeated("meshes", "elements", [mesh.elements for mesh in self.meshes])
+        if self.defaults and self.defaults.elements not in (None, *self.sizes):
+            yield f"defaults.elements: no mesh of {self.defaults.elements} elements"
+
+    def _of_loads(self):
+        """What is wrong with the names and units of loads, histories and peaks."""
+        yield from _repeated("loads", "name", [load.name for load in self.loads])
+        for k, support in enumerate(self.supports):
+            if support.history and support.history not in self.histories:
+                yield _unknown(f"supports[{k}].history", support.history, self.histories)
+        for k, load in enumerate(self.loads):
+            if load.history and load.history not in self.histories:
+                yield _unknown(f"loads[{k}].history", load.history, self.histories)
+                continue
+            history = self.histories[load.history] if load.history else None
+            units = [load.value.unit, history.unit if history else "",
+                     history.peak.unit if history and history.peak else ""]
+            if sorted(units) != sorted(["", "", load.unit]):
+                yield (f"loads[{k}]: {load.kind} in '{units[0]}', history in '{units[1]}', peak in "
+                       f"'{units[2]}': one must be in '{load.unit}', the others without unit")
+        kinds = [history.peak.provenance for history in self.histories.values() if history.peak]
+        if self.calibration and "calibrated" not in kinds:
+            yield "calibration: no history has a peak that is calibrated"
+
+    def _of_steps(self):
+        """What is wrong with the steps."""
+        kinds = [step.kind for step in self.steps]
+        if kinds not in ([], ["static"], ["dynamic"], ["static", "dynamic"]):
+            yield ("steps: one static, one dynamic, or a static and a dynamic one are possible, "
+                   f"not {', '.join(kinds)}")
+        if not kinds and self.defaults is None:
+            yield "defaults: is missing, with dt and end_time, or [[steps]]"
+        names = [load.name for load in self.loads]
+        for k, step in enumerate(self.steps):
+            for name in step.loads or ():
+                if name not in names:
+                    yield _unknown(f"steps[{k}].loads", name, names)
+        if self.motion and "static" in kinds:
+            yield "motion: the motion starts from the equilibrium of the static step, at rest"
+
+    def _of_places(self):
+        """What is wrong with the places of groups, loads, supports and points on a mesh that is
+        right."""
+        mesh = self.mesh(self.sizes[0])
+        for name in self.groups:
+            yield from _wrong(f"groups.{name}", lambda name=name: mesh.groups[name])
+        for k, load in enumerate(self.loads):
+            place = f".{load.place[0]}" if load.place else ""
+            yield from _wrong(f"loads[{k}]{place}", lambda load=load: load.made(mesh))
+        for k, support in enumerate(self.supports):
+            yield from _wrong(f"supports[{k}]", lambda support=support: support.made(mesh))
+        for name, point in self.points.items():
+            yield from _wrong(f"points.{name}",
+                              lambda point=point: node_at(mesh.nodes, point.value))
+        if self.parameters.thickness_at:
+            yield from _wrong("parameters.thickness_at", lambda: self._thickness(mesh))
+
+    @property
+    def heading(self):
+        """The title, or the name where there is none."""
+        return self.title or self.name
+
+    @cached_property
+    def sizes(self):
+        """Element numbers of the model's meshes, ascending."""
+        return tuple(sorted(mesh.elements for mesh in self.meshes)) or (self.geometry.elements,)
+
+    @property
+    def static(self):
+        """The static step, or None."""
+        return next((step for step in self.steps if step.kind == "static"), None)
+
+    @property
+    def dynamic(self):
+        """The dynamic step, which is that of the defaults without any steps, or None."""
+        if not self.steps:
+            return Dynamic(kind="dynamic", dt=self.defaults.dt, end_time=self.defaults.end_time)
+        return next((step for step in self.steps if step.kind == "dynamic"), None)
+
+    @property
+    def elements(self):
+        """Number of elements of a run that is not told otherwise."""
+        return self.defaults and self.defaults.elements or self.sizes[0]
+
+    @property
+    def free_peak(self):
+        """Name of the history with a peak of its own, the one number to calibrate; or None."""
+        return next((name for name, h in self.histories.items() if h.peak), None)
+
+    def mesh(self, elements):
+        """``Mesh`` with ``elements`` elements.
+
+        Raises:
+            InputError: no such mesh, or not enough memory for it.
+        """
+        refinements = {mesh.elements: mesh.refinement for mesh in self.meshes} or {self.sizes[0]: 1}
+        if elements not in refinements:
+            raise InputError(f"model {self.name} has no mesh of {elements} elements, must be one "
+                             f"of: {', '.join(map(str, self.sizes))}")
+        check_memory(f"a mesh of {elements} elements", elements * ELEMENT)
+        return self.geometry.mesh(refinements[elements])
+
+    def loads_on(self, mesh, factor=1.0, names=None, rising=False):
+        """The loads called ``names`` (None: all), times ``factor``, as loads of a ``Model``;
+        ``rising``: each with the load factor to its value at t = 0."""
+        functions = self._functions(factor)
+        if rising:
+            functions = {None: CONSTANT, **{name: TimeFunction((0.0, 1.0), (0.0, of(0.0)))
+                                            for name, of in functions.items() if name}}
+        return [one for load in self.loads if names is None or load.name in names
+                for one in load.made(mesh, functions[load.history])]
+
+    def _functions(self, factor=1.0):
+        """``{name: function of time}``; that of no name is constant."""
+        constant = CONSTANT if factor == 1.0 else TimeFunction((0.0,), (factor,))
+        return {None: constant,
+                **{name: history.function(factor) for name, history in self.histories.items()}}
+
+    def load_number(self, elements, k, names=None):
+        """The number in the file of the load to which ``Model.loads[k]`` belongs."""
+        mesh = self.mesh(elements)
+        numbers = [number for number, load in enumerate(self.loads)
+                   if names is None or load.name in names for _ in load.made(mesh)]
+        return numbers[k]
+
+    @checked
+    def model(self, elements: int, load_factor: float = 1.0, loads: list[str] = None,
+              rising: bool = False, **options):
+        """``Model`` of the mesh with ``elements`` elements; options as of Model.
+
+        Args:
+            elements: of the mesh.
+            load_factor: of all loads.
+            loads: names of those that act, None for all.
+            rising: each with the load factor to its value at t = 0, where a motion starts.
+
+        Raises:
+            InputError: no such mesh, or as of ``Model``.
+        """
+        mesh, functions = self.mesh(elements), self._functions()
+        values = {name: self._values(mesh, name) for name in PROPERTIES}
+        shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
+                         supports=[held.made(mesh, functions[held.history])
+                                   for held in self.supports], **values, **options)
+        if self.motion is None:
+            return shell
+        velocity, normal_velocity = self.motion.rates(shell)
+        return replace(shell, velocity=velocity, normal_velocity=normal_velocity)
+
+    def _values(self, mesh, name):
+        """A property, or (n_elem,) of them where they differ."""
+        own = {group: getattr(given, name).value for group, given in self.groups.items()
+               if getattr(given, name) is not None}
+        if name == "thickness" and self.parameters.thickness_at:
+            values = self._thickness(mesh)
+            for group, value in own.items():
+                values[mesh.groups[group]] = value
+            return values
+        value = getattr(self.parameters, name).value
+        return mesh.per_element(own, default=value) if own else value
+
+    def _thickness(self, mesh):
+        """(n_elem,) by ``thickness_at`` [m]."""
+        x, y, z = mesh.nodes.T
+        at = floats("", arithmetic(self.parameters.thickness_at, x=x, y=y, z=z), (len(x),))
+        if at.min() <= 0.0:
+            raise InputError(f"is {at.min():g} m at node {at.argmin()}, must be positive")
+        return mesh.per_element(at).copy()
+
+    def provenance(self):
+        """Rows (parameter, value, unit, provenance, source) of everything the file defines."""
+        rows = [(name, *columns(given)) for name, given in self.parameters
+                if given is not None and name != "thickness_at"]
+        rows += self.geometry.rows()
+        rows += [(f"mesh {m.elements}", f"refinement {m.refinement}", "", m.provenance, "")
+                 for m in self.meshes]
+        for name, h in self.histories.items():
+            rows.append((f"{name}(t)", h.shape, h.unit, h.provenance, h.source))
+            if h.peak:
+                rows.append((f"peak of {name}(t)", *columns(h.peak)))
+        for load in self.loads:
+            rows.append((load.name, *columns(load.value)))
+            if load.at or load.line:
+                rows.append((load.name + (" acts at" if load.at else " acts along"),
+                             *columns(load.at or load.line)))
+        rows += [(f"point {name}", *columns(s)) for name, s in self.points.items()]
+        rows += [(f"paper's {name}", *columns(s)) for name, s in self.paper or ()]
+        return rows
+
+
+def keys():
+    """Names of everything that a model file can hold."""
+    return {name for kind in Strict.__subclasses__() for name in kind.model_fields}
+
+
+def _repeated(place, name, values):
+    """What is wrong with ``values`` that are there again."""
+    for k, value in enumerate(values):
+        if value in values[:k]:
+            yield f"{place}[{k}].{name}: {value} is that of {place}[{values.index(value)}] as well"
+
+
+def _unknown(place, name, known):
+    known = ", ".join(map(str, known))
+    return f"{place}: '{name}' is " + (f"not among {known}" if known else "unknown, there is none")
+
+
+def _wrong(place, make):
+    """What is wrong with something that is made on a mesh."""
+    try:
+        make()
+    except InputError as error:
+        yield f"{place}: {error}"

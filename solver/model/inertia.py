@@ -1,0 +1,35 @@
+"""Mass, centre and inertia of a shell, with the consistent mass of its elements."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class MassProperties(NamedTuple):
+    """Of a rigid body that has the shape of the initial shell.
+
+    Attributes:
+        mass: [kg].
+        centre: (3,) of mass [m].
+        inertia: (3, 3) about the centre, ``J = inertia omega`` [kg m^2].
+    """
+
+    mass: float
+    centre: np.ndarray
+    inertia: np.ndarray
+
+
+def mass_properties(elements, nodes, normals):
+    """``MassProperties`` by Eqs. (40a), (40b).
+
+    ``I = sum_ij m_ij (s(x_i, x_j) + h^2/12 s(p_i, p_j))``, ``s(a, b) = a . b 1 - b a^T``, as
+    ``a x (omega x b) = s(a, b) omega``.
+    """
+    m = elements.mass
+    x, p = nodes[elements.nodes], normals[elements.directors]
+    mass = m.sum()
+    centre = np.einsum("eij,ejc->c", m, x) / mass
+    arms = x - centre
+    spread = (np.einsum("eij,eic,ejd->cd", m, arms, arms)
+              + np.einsum("e,eij,eic,ejd->cd", elements.inertia, m, p, p))
+    return MassProperties(float(mass), centre, np.trace(spread) * np.eye(3) - spread)

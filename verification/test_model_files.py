@@ -1,0 +1,295 @@
+"""Model files of users: every key, what acts, steps, mistakes; the commands around them."""
+
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter
+
+from corovec import (
+    Expression,
+    Gravity,
+    Harmonic,
+    InputError,
+    NodalLoad,
+    NodalMoment,
+    Pressure,
+    Steps,
+    Support,
+    TimeFunction,
+    block,
+    read,
+)
+from corovec.solver.input import reference
+from corovec.solver.input.files import read_model
+from corovec.verification.helpers import corovec
+
+SHELL = """
+name = "shell"
+parameters = { thickness = 0.01, youngs = 1e9, poisson = 0.3, density = 1000.0 }
+[defaults]
+dt = 1e-3
+end_time = 0.01
+[[geometry.blocks]]
+corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+divisions = [2, 2]
+group = "left"
+[[geometry.blocks]]
+corners = [[1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0]]
+divisions = [2, 2]
+group = "right"
+"""
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A function that makes the ``ModelFile`` of ``SHELL`` and more text."""
+    def make(text="", shell=SHELL):
+        path = tmp_path / "shell.toml"
+        path.write_text(shell + text)
+        return read_model(path)
+    return make
+
+
+@pytest.mark.parametrize("kind", reference._kinds(reference.ModelFile), ids=lambda k: k.__name__)
+def test_the_reference_has_every_key(kind):
+    """With what it is, and an example that can stand in a file; none of a key that is gone."""
+    examples = tomllib.loads(reference.EXAMPLES.read_text())[kind.__name__]
+    assert set(examples) == set(kind.model_fields) == set(reference._attributes(kind))
+    for name, field in kind.model_fields.items():
+        if not re.search("below$|^written", examples[name]) and "=" not in examples[name][:6]:
+            value = tomllib.loads(f"value = {examples[name]}")["value"]
+            if not (kind.__name__ == "Load" and name in ("force", "moment", "pressure",
+                                                         "gravity")):
+                TypeAdapter(field.rebuild_annotation()).validate_python(value)
+
+
+def test_reference_and_schema_are_printed():
+    text = corovec("schema").stdout
+    assert "[[loads]]: A force, a moment, a pressure or a weight" in text
+    assert re.search(r"gravity +acceleration of everything that has mass \[m/s\^2\]\n +example: "
+                     r"\[0.0, 0.0, -9.81\]", text)
+    schema = json.loads(corovec("schema", "--json").stdout)
+    thickness = schema["$defs"]["Group"]["properties"]["thickness"]
+    assert "number" in json.dumps(thickness) and "$ref" in json.dumps(thickness)
+
+
+def test_the_file_to_start_from_runs(tmp_path):
+    """Checked, drawn and run; a file that is there stays."""
+    path, output = tmp_path / "my.toml", tmp_path / "my.h5"
+    assert corovec("new", str(path)).returncode == 0
+    assert "exists; --overwrite replaces it" in corovec("new", str(path)).stderr
+    assert f"corovec run {path.name} --output" in path.read_text()
+    checked = json.loads(corovec("check", str(path), "--output", str(tmp_path / "a.svg"),
+                                 "--json").stdout)
+    assert checked["held_nodes"] == 5 and checked["loads"] == {"weight": "gravity",
+                                                               "pull": "force"}
+    assert checked["body"]["mass"] == pytest.approx(0.6 * 0.2 * 0.002 * 2700.0)
+    assert (tmp_path / "a.svg").stat().st_size > 1000
+    run = json.loads(corovec("run", str(path), "--output", str(output), "--json").stdout)
+    weight = 9.81 * checked["body"]["mass"]
+    np.testing.assert_allclose(run["static"]["reaction"], (0.0, 0.0, weight + 1.0), atol=1e-6)
+    contents = read(output)
+    assert contents["history"]["tip_u"].shape == (501, 3)
+    assert contents["von_mises"].shape[1:] == (48, 3)
+    # it starts at the equilibrium under both loads, and swings about that of its weight alone
+    tip = contents["history"]["tip_u"][:, 2]
+    static = read(tmp_path / "my-static.h5")["displacement"][-1]
+    assert tip[0] == pytest.approx(static[:, 2].min(), rel=1e-2)
+    assert tip.max() > 0.5 * tip[0] and tip.min() == pytest.approx(tip[0], rel=1e-2)
+
+
+def test_loads(made):
+    """Each kind at each place, as Python makes them."""
+    model = made("""
+[histories]
+pulse = { times = [0.0, 0.1], values = [1.0, 0.0] }
+jump = { times = [0.0, 0.1], values = [1.0, 0.0], jumps = true, peak = 3.0 }
+wave = { frequency = 5.0, amplitude = 2.0, peak = 2.0 }
+gust = { expression = "sin(t)", peak = 2.0 }
+[[loads]]
+name = "point"
+at = [0, 0, 0]
+force = [1, 0, 0]
+history = "pulse"
+[[loads]]
+name = "twist"
+at = [2, 1, 0]
+moment = [0, 1, 0]
+history = "jump"
+[[loads]]
+name = "edge"
+line = [[2, 0, 0], [2, 1, 0]]
+force = [0, 0, 4]
+history = "wave"
+[[loads]]
+name = "hinge"
+line = [[2, 0, 0], [2, 1, 0]]
+moment = [0, 4, 0]
+[[loads]]
+name = "all"
+surface = "all"
+force = [0, 0, 2]
+[[loads]]
+name = "half"
+surface = "left"
+force = [0, 0, 2]
+[[loads]]
+name = "blow"
+surface = "right"
+pressure = 7.0
+[[loads]]
+name = "air"
+pressure = 7.0
+[[loads]]
+name = "weight"
+gravity = [0, 0, -9.81]
+history = "gust"
+""")
+    loads, mesh = model.model(8).loads, model.mesh(8)
+    assert NodalLoad(0, (1, 0, 0), TimeFunction((0.0, 0.1), (1.0, 0.0))) in loads
+    twist = next(load for load in loads if isinstance(load, NodalMoment))
+    assert twist.history == Steps((0.0, 0.1), (3.0, 0.0))
+    forces = {name: sum(np.array(load.force) for load in loads
+                        if isinstance(load, NodalLoad) and load.history == history)
+              for name, history in (("edge", Harmonic(5.0, 4.0)), ("surface", TimeFunction(
+                  (0.0,), (1.0,))))}
+    np.testing.assert_allclose(forces["edge"], (0, 0, 4), atol=1e-14)
+    np.testing.assert_allclose(forces["surface"], (0, 0, 2 * 2 + 2), atol=1e-14)
+    moments = sum(np.array(load.moment) for load in loads if isinstance(load, NodalMoment))
+    np.testing.assert_allclose(moments, (0, 1 + 4, 0), atol=1e-14)
+    assert Pressure(7.0, mesh.groups["right"].tolist()) in loads and Pressure(7.0) in loads
+    assert loads[-1] == Gravity((0, 0, -9.81), Expression("2.0 * (sin(t))"))
+
+
+def test_what_differs_from_place_to_place(made):
+    """Groups and arithmetic at the nodes."""
+    model = made("[groups]\nright = { thickness = 0.02, youngs = 2e9 }\n").model(8)
+    assert sorted(model.thickness) == [0.01] * 4 + [0.02] * 4
+    assert sorted(model.youngs) == [1e9] * 4 + [2e9] * 4 and set(model.density) == {1000.0}
+    tapered = made(shell=SHELL.replace("thickness = 0.01", 'thickness_at = "0.02 - 0.005 * x"'))
+    centres = tapered.mesh(8).nodes[tapered.mesh(8).quads].mean(axis=1)
+    np.testing.assert_allclose(tapered.model(8).thickness, 0.02 - 0.005 * centres[:, 0])
+
+
+def test_supports_and_motion(made):
+    """By words and by components, at places; spin about the mass centre."""
+    model = made("""
+[[supports]]
+fix = "clamped"
+where = { x = 0.0 }
+[[supports]]
+fix = ["z"]
+line = [[2, 0, 0], [2, 1, 0]]
+[[supports]]
+fix = "pinned"
+at = [1, 1, 0]
+""").model(8)
+    assert model.fixed.sum() == 3 * 6 + 3 + 3
+    assert Support(np.flatnonzero(model.nodes[:, 0] == 0.0).tolist(),
+                   ("x", "y", "z", "px", "py", "pz")) in model.supports
+    free = made("[motion]\nspin = [0, 0, 2]\nvelocity = [1, 0, 0]\n").model(8)
+    x, y, _ = free.nodes.T
+    np.testing.assert_allclose(free.velocity, np.column_stack(
+        [1.0 - 2.0 * (y - 0.5), 2.0 * (x - 1.0), 0.0 * x]), atol=1e-14)
+
+
+def test_meshes_of_files(tmp_path, made):
+    """Groups and lines of the file by name, its path from the folder of the model file, in mm."""
+    mesh = block([(0, 0, 0), (2000, 0, 0), (2000, 1000, 0), (0, 1000, 0)], (4, 2))
+    edge = mesh.line((2000.0, 0.0, 0.0), (2000.0, 1000.0, 0.0))
+    type(mesh)(mesh.nodes, mesh.quads, {"skin": np.arange(8)},
+               lines={"tip": np.column_stack([edge[:-1], edge[1:]])}).write(tmp_path / "p.msh")
+    model = made("""
+[geometry]
+file = "p.msh"
+scale = 1e-3
+[[supports]]
+fix = "clamped"
+where = { x = 0.0 }
+[[loads]]
+name = "tip"
+curve = "tip"
+force = [0, 0, 6]
+[[loads]]
+name = "skin"
+surface = "skin"
+pressure = 1.0
+[[steps]]
+kind = "static"
+""", shell=SHELL[:SHELL.index("[[geometry")])
+    shell = model.model(8)
+    assert np.ptp(shell.nodes, axis=0).tolist() == [2.0, 1.0, 0.0] and model.sizes == (8,)
+    forces = sum(np.array(load.force) for load in shell.loads if isinstance(load, NodalLoad))
+    np.testing.assert_allclose(forces, (0, 0, 6))
+    assert model.dynamic is None and model.static.increments == 10
+
+
+LOAD = '[[loads]]\nname = "a"\n'
+
+
+@pytest.mark.parametrize("text, message", [
+    (LOAD, "loads[0]: one of force, moment, pressure, gravity is needed, none is given"),
+    (LOAD + "force = [0, 0, 1]", "loads[0]: a force needs one of: at, line, curve, nodes, surface"),
+    (LOAD + "at = [0, 0, 0]\nforce = [0, 0, 1]\npressure = 1", "force and pressure are given"),
+    (LOAD + "at = [0, 0, 0]\npressure = 1", "a pressure has no at, it acts on one of: surface"),
+    (LOAD + "surface = 'all'\nmoment = [0, 0, 1]", "a moment has no surface, it acts on one of:"),
+    (LOAD + "at = [0, 0, 0]\ngravity = [0, 0, 1]", "a gravity has no at"),
+    (LOAD + "surface = 'middle'\npressure = 1", "loads[0].surface: group 'middle' is unknown, must "
+     "be one of: left, right"),
+    (LOAD + "curve = 'rim'\nforce = [0, 0, 1]", "loads[0].curve: line 'rim' is unknown, there is"),
+    (LOAD + "nodes = 'rim'\nforce = [0, 0, 1]", "loads[0].nodes: node set 'rim' is unknown"),
+    (LOAD + "at = [9, 0, 0]\nforce = [0, 0, 1]", "loads[0].at: no node at [9.0, 0.0, 0.0]"),
+    (LOAD + "at = [0, 0]\nforce = [0, 0, 1]", "loads[0].at[2]: is missing"),
+    (LOAD + "gravity = 9.81", "loads[0].gravity: must be a list, is 9.81"),
+    (LOAD + "pressure = 1\nhistory = 'q'", "loads[0].history: 'q' is unknown, there is none"),
+    (LOAD + "pressure = { value = 1.0, unit = 'kPa', provenance = 'given', source = '' }",
+     "loads[0]: pressure in 'kPa', history in '', peak in '': one must be in 'Pa'"),
+    ("[histories]\nq = { times = [0.0], frequency = 1.0 }", "times and frequency are given"),
+    ("[histories]\nq = { times = [0.0] }", "histories.q: values are missing"),
+    ("[histories]\nq = { frequency = 0.0 }", "histories.q.frequency: must be positive"),
+    ("[histories]\nq = { expression = '2 * w' }", "histories.q: expression '2 * w': 'w' is not"),
+    ("[histories]\nq = { expression = 't', amplitude = 2.0 }",
+     "amplitude belongs to frequency, this has expression"),
+    ("[histories]\nq = { csv = 'gust.csv' }", "gust.csv cannot be read: No such file"),
+    ("[[supports]]\nfix = 'glued'\nwhere = { x = 0.0 }", "'glued' is unknown, must be one of: "
+     "clamped, pinned"),
+    ("[[supports]]\nfix = ['u']\nwhere = { x = 0.0 }", "'u' is unknown, must be one of: x, y, z"),
+    ("[[supports]]\nfix = 'pinned'", "supports[0]: one of at, line, nodes, where is needed"),
+    ("[[supports]]\nfix = 'pinned'\nwhere = { x = 7.0 }", "supports[0]: no nodes at x = 7"),
+    ("[groups]\nmiddle = { thickness = 0.1 }", "groups.middle: group 'middle' is unknown"),
+    ("[[steps]]\nkind = 'modal'", "steps[0]: "),
+    ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\n[[steps]]\nkind = 'static'",
+     "steps: one static, one dynamic, or a static and a dynamic one are possible"),
+    ("[[steps]]\nkind = 'static'\nloads = ['a']", "steps[0].loads: 'a' is unknown, there is none"),
+    ("[[steps]]\nkind = 'static'\n[motion]\nspin = [0, 0, 1]", "motion: the motion starts from"),
+    ("[points]\n'left tip' = [0, 0, 0]", "points.left tip: a name is letters, digits and _"),
+    ("[output]\nframe_every = -1", "output.frame_every: "),
+    ("[geometry.sphere]\nradius = 1.0\npolar_angles = [10, 90]\ndivisions = [9, 2]",
+     "geometry: one of file, blocks, sphere, cylinder is needed, blocks and sphere are given"),
+])
+def test_mistakes(made, text, message):
+    """Each with its place in the file and what helps, on one line."""
+    with pytest.raises(InputError, match=re.escape(message)) as told:
+        made(text)
+    assert "\n" not in str(told.value) and "shell.toml: " in str(told.value)
+
+
+@pytest.mark.parametrize("shell, message", [
+    (SHELL.replace("[defaults]\ndt = 1e-3\nend_time = 0.01\n", ""), "defaults: is missing, with"),
+    (SHELL.replace("thickness = 0.01,", ""), "parameters.thickness: is missing"),
+    (SHELL.replace("thickness = 0.01,", "thickness_at = 'x - 5',"),
+     "parameters.thickness_at: is -5 m at node"),
+    (SHELL.replace("thickness = 0.01,", "thickness_at = '1 / x',"), "parameters.thickness_at: "),
+    (SHELL.replace("thickness = 0.01,", "thickness = 0.01, thickness_at = 'x',"),
+     "parameters.thickness: is given by thickness_at as well"),
+    (SHELL[:SHELL.index("[[geometry")] + "[geometry]\nfile = 'none.msh'", "none.msh"),
+    (SHELL[:SHELL.index("[[geometry")] + "[geometry]\nmerge = true\n[geometry.cylinder]\n"
+     "radius = 1\nlength = 1\ndivisions = [16, 2]", "merge is for a mesh of a file"),
+])
+def test_mistakes_in_the_shell(made, shell, message):
+    with pytest.raises(InputError, match=re.escape(message)) as told:
+        made(shell=shell)
+    assert "\n" not in str(told.value)
