@@ -12,12 +12,13 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor, wait
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated
 
 from corovec import InputError, ResultFileError, read, simulate, warm_up
 from corovec.solver.checks import shown
+from corovec.solver.dynamics.simulation import probes_of
 from corovec.solver.results.files import replacing, writable_folder
 from corovec.solver.runtime.execution import Workers, complete, failure, processes
 from corovec.solver.signatures import Count, File, checked
@@ -152,7 +153,7 @@ def _executor(name, value):
 
 @checked
 def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, _executor] = None,
-             jobs: Count = None):
+             jobs: Count = None, probes: Annotated[dict, probes_of] = None):
     """Run many models and keep the results in memory.
 
     Args:
@@ -160,6 +161,7 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
             mesh.  Or ``Run`` s.
         executor: any ``concurrent.futures.Executor``; left out, ``jobs`` spawned processes, one a
             usable core.  A script needs ``if __name__ == "__main__":`` around the call then.
+        probes: of every run, as of ``simulate``; a place is looked for in the mesh of each.
 
     Returns:
         list: in the order of ``items``, each a ``Result``, or the exception that its
@@ -168,11 +170,12 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
     Raises:
         InputError: an item or ``jobs`` is not what it should be; nothing has been computed.
     """
+    compute = partial(_compute, probes=probes)
     if executor is None:
         ended = {run: error or value
-                 for run, value, error in complete(processes(jobs), _compute, items)}
+                 for run, value, error in complete(processes(jobs), compute, items)}
         return [ended[run] for run in items]
-    futures = [executor.submit(_compute, run) for run in items]
+    futures = [executor.submit(compute, run) for run in items]
     wait(futures)
     return [failure(future) or future.result() for future in futures]
 
@@ -183,10 +186,10 @@ def _warm_up():
     return warm_up()
 
 
-def _compute(run):
+def _compute(run, probes):
     """In a worker: the result of a run."""
     _warm_up()
-    return simulate(run.model, run.settings)
+    return simulate(run.model, run.settings, probes=probes)
 
 
 def _record(task):

@@ -232,6 +232,20 @@ def test_many_models_in_memory():
             assert len(results[3].displacement) == 155 and results[3].settings.end_time == 0.1
 
 
+def test_many_models_with_probes():
+    """A place is that of a node of each mesh; a mesh without one leaves its exception."""
+    short = Settings(dt=0.02, end_time=0.2)
+    items = [(PLATE, short), (replace(PLATE, nodes=PLATE.nodes + 1.0, normals=None), short)]
+    with ThreadPoolExecutor(1) as executor:
+        for results in (run_many(items, jobs=2, probes={"tip": PLATE.nodes[-1].tolist()}),
+                        run_many(items, executor, probes={"tip": PLATE.nodes[-1]})):
+            assert np.array_equal(results[0].probes["tip"]["displacement"][-1],
+                                  results[0].displacement[-1])
+            assert isinstance(results[1], InputError)
+    with pytest.raises(InputError, match="probes must be a dictionary"):
+        run_many(items, probes=[0])
+
+
 def test_script_that_starts_itself_again_is_told_so(tmp_path):
     """Spawned processes import the script: without its guard they would start themselves."""
     script = tmp_path / "script.py"

@@ -8,7 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-EXAMPLES = ("free_plate", "roll_up", "snap_through", "t_junction", "variants")
+EXAMPLES = ("panel", "satellite", "box", "free_plate", "roll_up", "snap_through", "t_junction",
+            "variants", "fifty")
 HERE = Path(__file__).parent
 PICTURES = HERE.parent / "docs" / "pictures"
 

@@ -61,7 +61,7 @@ def good(folder):
                                "notify": warnings.warn},
         convergence.Run: {"model": api.PLATE, "settings": api.RUN, "case": None},
         convergence.processes: {"jobs": 1},
-        convergence.run_many: {"items": [], "executor": None, "jobs": 1},
+        convergence.run_many: {"items": [], "executor": None, "jobs": 1, "probes": None},
     }
 
 

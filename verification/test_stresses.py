@@ -282,6 +282,21 @@ def test_plates_of_a_fold_are_not_mixed():
     assert np.allclose(sorted(nodal.von_mises[first:last, 1]), (0.0, exact), atol=1e-9 * exact)
 
 
+def test_a_direction_for_each_element():
+    """Each has the components of that direction for all; a lid across it has one of its own."""
+    model = rectangle(2.0, 1.0, (2, 1))
+    state = Configuration(1e-3 * model.nodes * (1.0, 0.0, 0.0), model.normals)
+    rows = np.array([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    found = stresses(model, state, rows)
+    for k, row in enumerate(rows):
+        assert np.array_equal(found.n[k], stresses(model, state, row).n[k])
+        assert np.allclose(found.axes[k, 0], row)
+    with pytest.raises(InputError, match=r"axes \(0, 0, 1\) are no direction .* of element 1"):
+        stresses(model, state, [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+    with pytest.raises(InputError, match=r"axes: shape \(3, 3\) given, \(2, 3\) needed"):
+        stresses(model, state, np.eye(3))
+
+
 @pytest.mark.parametrize("state, axes, told", [
     (np.zeros((12, 3)), None, "state must be a Configuration"),
     (Configuration(np.zeros((5, 3)), np.zeros((6, 3))), None,

@@ -16,15 +16,15 @@ where strains are small those of any other measure.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ..checks import flag, floats
+from ..checks import flag, floats, plain_array, vector
 from ..errors import InputError
 from ..model.constants import apart, local_frames
 from ..model.model import Model
-from ..signatures import Vector, checked
+from ..signatures import checked
 
 LEVELS = ("top", "middle", "bottom")
 """Heights of the columns of ``Stresses.von_mises``: h/2, 0, -h/2."""
@@ -151,17 +151,24 @@ class Stresses:
         return replace(self, n=n, m=m, q=q, axes=axes, thickness=thickness, vertices=None)
 
 
+def _directions(name, value):
+    """A direction (3,), or one for each element, (n_elem, 3)."""
+    rows = np.ndim(plain_array(name, value, "3")) == 2
+    return floats(name, value, (None, 3)) if rows else np.array(vector(name, value))
+
+
 @checked
-def stresses(model: Model, state: Configuration, axes: Vector = None):
+def stresses(model: Model, state: Configuration, axes: Annotated[np.ndarray, _directions] = None):
     """Stresses at the centres of all elements.
 
     Args:
         model: ``Model``.
         state: ``Result.state``, one of ``StaticResult.states``, ``LinearResult.state``, or a frame
             of a file, ``Configuration(displacement, director)``.
-        axes: direction of x, projected on the initial elements, from where on it turns with them;
-            left out, the x of the local frame of every element, Eq. (1), which follows its
-            diagonals: neighbours then agree on a regular mesh only.
+        axes: direction of x, or (n_elem, 3) one for each element, projected on the initial
+            elements, from where on it turns with them; left out, the x of the local frame of every
+            element, Eq. (1), which follows its diagonals: neighbours then agree on a regular mesh
+            only.
 
     Returns:
         ``Stresses``.
@@ -170,6 +177,8 @@ def stresses(model: Model, state: Configuration, axes: Vector = None):
         InputError: an argument of another kind, a configuration of another model or one that has
             no stresses, or a direction along the normal of an element.
     """
+    if axes is not None and axes.ndim == 2:
+        axes = floats("axes", axes, (len(model.quads), 3))
     u = floats("state.displacement", state.displacement, model.nodes.shape)
     p = floats("state.directors", state.directors, model.normals.shape)
     with np.errstate(all="ignore"):
@@ -193,7 +202,7 @@ def recovered(model, e, b, displacement, directors, axes=None):
     n, m, q = (np.einsum("ers,es->er", *of) for of in ((N, e), (M, b), (S, b)))
     frames = local_frames(_relative(model, displacement))
     if axes is not None:
-        along = _seen(model, np.array(axes))
+        along = _seen(model, axes)
         n, m, q = _turned(n, along), _turned(m, along), _turned_vector(q, along)
         frames[:, :2] = _turned_vector(frames[:, :2].swapaxes(1, 2), along[:, None]).swapaxes(1, 2)
     return Stresses(n, m, q, frames, model.thickness, model.directors.vertices, directors)
@@ -220,13 +229,16 @@ def _relative(model, displacement):
     return (x - x[:, :1]) + (u - u[:, :1])
 
 
-def _seen(model, direction):
-    """A direction in the initial axes x, y of each element: unit vectors (n_elem, 2)."""
-    seen = local_frames(model.nodes[model.quads])[:, :2] @ direction
-    size = np.hypot(*seen.T)
-    if not np.all(size > STEEP * np.linalg.norm(direction)):
-        raise InputError(f"axes ({', '.join(f'{c:g}' for c in direction)}) are no direction in the "
-                         f"surface of element {np.argmin(size)}: they stand on it or are zero")
+def _seen(model, directions):
+    """Directions in the initial axes x, y of each element: unit vectors (n_elem, 2)."""
+    directions = np.broadcast_to(directions, (len(model.quads), 3))
+    seen = np.einsum("eac,ec->ea", local_frames(model.nodes[model.quads])[:, :2], directions)
+    flat = np.hypot(*seen.T) > STEEP * np.linalg.norm(directions, axis=1)
+    if not flat.all():
+        k = np.argmin(flat)
+        raise InputError(f"axes ({', '.join(f'{c:g}' for c in directions[k])}) are no direction in "
+                         f"the surface of element {k}: they stand on it or are zero; each element "
+                         "may have a direction of its own")
     return _unit(seen)
 
 
