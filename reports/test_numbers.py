@@ -133,7 +133,7 @@ def test_a_reproduction_changes_the_markdown(tmp_path, monkeypatch):
     text = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert ("| l-plate 30, 120 | 71.373, 72.455 | 70.000, 72.000 | 1, 1.5 | 4, 1e-2 | 1e-9 | 1e-15 "
             "| 3e-9 |") in text
-    assert "Measured at commit 0123456, Abacus." in text
+    assert "Measured at commit 0123456, Abacus (l-plate" in text
     convergence = (tmp_path / "docs" / "convergence.md").read_text(encoding="utf-8")
     assert "| l-plate | – | -1.5e0 | 2e-2 | -4e-2 | -4e-2 |" in convergence
     speed = (tmp_path / "docs" / "speed.md").read_text(encoding="utf-8")

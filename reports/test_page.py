@@ -566,7 +566,7 @@ def test_interrupted_run_goes_on(tmp_path):
 
     with pytest.raises(Stop):
         simulate(load_case("l-plate").model(30), Settings(dt=0.02, end_time=1.2, frame_every=20),
-                 output=path, case="l-plate", progress=stop)
+                 output=path, case="l-plate", progress=stop, probes={"S": (10.0, 7.0, 0.0)})
     (tmp_path / "parts").mkdir()
     stamps = Stamps(tmp_path / "parts")
     stamps.write(part, "begun")

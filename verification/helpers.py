@@ -6,6 +6,7 @@ from itertools import product
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
 
+import h5py
 import numpy as np
 
 from corovec import ResultFileWarning, read
@@ -105,3 +106,26 @@ def corovec(*arguments, **options):
     """Run the installed command; text of both streams and the exit status."""
     return subprocess.run([COMMAND, *arguments], text=True, capture_output=True, check=False,
                           **options)
+
+
+def vtk_frames(path, times):
+    """What VTK's own reader (ParaView's) shows at ``times``: (time, points, {name: values})."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkDataObject
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+    with h5py.File(path) as file:
+        steps = file["VTKHDF/Steps"]
+        assert len(steps["Values"]) == steps.attrs["NSteps"], "VTK would overrun its memory"
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == len(read(path)["displacement"])
+    for time_ in times:
+        reader.UpdateTimeStep(time_)
+        grid = reader.GetOutputDataObject(0)
+        assert grid.GetNumberOfCells() == len(read(path)["quads"])
+        arrays = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k))
+                  for data in (grid.GetPointData(), grid.GetCellData())
+                  for k in range(data.GetNumberOfArrays())}
+        yield (grid.GetInformation().Get(vtkDataObject.DATA_TIME_STEP()),
+               vtk_to_numpy(grid.GetPoints().GetData()), arrays)

@@ -67,3 +67,13 @@ def warped_patch(rng, divisions=(3, 2), **options):
     nodes[:, 2] += 0.1 * nodes[:, 0] ** 2 - 0.08 * nodes[:, 0] * nodes[:, 1]
     turn = Rotation.random(rng=rng).as_matrix()
     return Model(nodes @ turn.T, model.quads, **{**MATERIAL, **options})
+
+
+def folded(**options):
+    """A plate along -X and one along +Z that meet at the Y axis, 2 x 2 elements each."""
+    nodes, quads = [], []
+    for k in range(5):
+        nodes += [(min(0.5 * k - 1.0, 0.0), y, max(0.5 * k - 1.0, 0.0)) for y in (0.0, 0.5, 1.0)]
+    quads = [(3 * i + j, 3 * i + 3 + j, 3 * i + 4 + j, 3 * i + 1 + j)
+             for i in range(4) for j in range(2)]
+    return Model(np.array(nodes), np.array(quads), 0.01, 1e6, 0.25, 1.0, **options)

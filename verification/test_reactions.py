@@ -23,9 +23,8 @@ from corovec import (
     simulate,
     solve_linear,
 )
-from corovec.verification.models import cross_code_plate, rectangle
+from corovec.verification.models import cross_code_plate, folded, rectangle
 from corovec.verification.shells import CLAMPED, strip
-from corovec.verification.test_stresses import folded
 
 PULSE = TimeFunction((0.0, 0.1, 0.2), (0.0, 1.0, 0.0))
 

@@ -33,7 +33,7 @@ from corovec.benchmarks import load_case
 from corovec.solver.results import recorder
 from corovec.solver.statics import arc_length as statics
 from corovec.verification.fuzz.kills import assert_same_bits
-from corovec.verification.helpers import COMMAND, corovec, read_killed
+from corovec.verification.helpers import COMMAND, corovec, read_killed, vtk_frames
 from corovec.verification.models import cross_code_plate
 from corovec.verification.shells import roof, strip
 
@@ -151,29 +151,6 @@ def test_file_holds_the_result(tmp_path, model):
     assert np.allclose(strain, rows, rtol=1e-13)
     assert contents["description"]["solver"] == result.solver == "skyline"
     assert contents["description"]["versions"]["numpy"] == np.__version__
-
-
-def vtk_frames(path, times):
-    """What VTK's own reader (ParaView's) shows at ``times``: (time, points, {name: values})."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkDataObject
-    from vtkmodules.vtkIOHDF import vtkHDFReader
-    with h5py.File(path) as file:
-        steps = file["VTKHDF/Steps"]
-        assert len(steps["Values"]) == steps.attrs["NSteps"], "VTK would overrun its memory"
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    assert reader.GetNumberOfSteps() == len(read(path)["displacement"])
-    for time_ in times:
-        reader.UpdateTimeStep(time_)
-        grid = reader.GetOutputDataObject(0)
-        assert grid.GetNumberOfCells() == len(read(path)["quads"])
-        arrays = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k))
-                  for data in (grid.GetPointData(), grid.GetCellData())
-                  for k in range(data.GetNumberOfArrays())}
-        yield (grid.GetInformation().Get(vtkDataObject.DATA_TIME_STEP()),
-               vtk_to_numpy(grid.GetPoints().GetData()), arrays)
 
 
 @pytest.mark.parametrize("last", [50, 35])

@@ -29,23 +29,19 @@ from corovec import (
 from corovec.solver.model.constants import MEMBRANE_FIELDS
 from corovec.solver.results.stresses import Configuration, measures
 from corovec.verification.geometry import cylinder, surface
-from corovec.verification.helpers import corovec, make_system
-from corovec.verification.models import cross_code_plate, rectangle, spinning, warped_patch
+from corovec.verification.helpers import corovec, make_system, vtk_frames
+from corovec.verification.models import (
+    cross_code_plate,
+    folded,
+    rectangle,
+    spinning,
+    warped_patch,
+)
 from corovec.verification.shells import CLAMPED, SYMMETRY, plate, roof, strip
 from corovec.verification.suites.patch import BENDING, MEMBRANE, NODES, QUADS
 from corovec.verification.suites.patch import state as constant_state
 
 H, E, NU = 0.01, 1e6, 0.25
-
-
-def folded(**options):
-    """A plate along -X and one along +Z that meet at the Y axis, 2 x 2 elements each."""
-    nodes, quads = [], []
-    for k in range(5):
-        nodes += [(min(0.5 * k - 1.0, 0.0), y, max(0.5 * k - 1.0, 0.0)) for y in (0.0, 0.5, 1.0)]
-    quads = [(3 * i + j, 3 * i + 3 + j, 3 * i + 4 + j, 3 * i + 1 + j)
-             for i in range(4) for j in range(2)]
-    return Model(np.array(nodes), np.array(quads), H, E, NU, 1.0, **options)
 
 
 @pytest.mark.parametrize("membrane", MEMBRANE_FIELDS)
@@ -373,7 +369,6 @@ def test_static_path_records_stresses(tmp_path):
 
 def test_vtk_reads_stresses_and_time(tmp_path):
     """ParaView's reader, by the ending .vtkhdf, has every field of every frame at its time."""
-    from corovec.verification.test_recorder import vtk_frames
     path, model = tmp_path / "run.vtkhdf", cross_code_plate(1)
     simulate(model, Settings(dt=0.01, end_time=0.3, frame_every=10, stresses=True), output=path)
     contents = read(path)
