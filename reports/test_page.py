@@ -601,20 +601,20 @@ def test_plan_names_meshes_and_frames_of_the_figures():
 
 
 def chromium(playwright):
-    """A Chromium: the one that playwright installed, or the system's; skip without any, unless
-    the variable COROVEC_BROWSER is ``required``."""
+    """A Chromium: the one that playwright installed, or the system's."""
     found = [playwright.chromium.executable_path, *map(shutil.which, (
         "chromium", "chromium-browser", "google-chrome"))]
     path = next((path for path in found if path and Path(path).exists()), None)
     if path is None:
-        lacks = pytest.fail if os.environ.get("COROVEC_BROWSER") == "required" else pytest.skip
-        lacks("no Chromium: playwright install chromium, or the system's package chromium")
+        pytest.fail("no Chromium: playwright install chromium, or the system's package chromium")
     return playwright.chromium.launch(executable_path=path, args=[
         "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
 
 
 @pytest.fixture(scope="module")
 def browser():
+    if os.environ.get("COROVEC_BROWSER") != "required":
+        pytest.skip("tox -e page runs it: a minute and a half")
     sync_api = pytest.importorskip("playwright.sync_api")
     with sync_api.sync_playwright() as playwright:
         running = chromium(playwright)
