@@ -63,9 +63,9 @@ def times(snapshot):
         of = {row["method"]: row for row in table["times"] if row["elements"] == ratio["elements"]}
         star = "" if of["dense"]["basis"] == "steps" else "*"
         rows.append((str(ratio["elements"]),
-                     *(f"{of[name]['unit_cpu']:.3g}" + (star if name == "dense" else "")
+                     *(_three(of[name]["unit_cpu"]) + (star if name == "dense" else "")
                        for name in METHODS),
-                     f"{ratio['dense_skyline']:.3g}{star}", f"{ratio['paper']:.3g}"))
+                     _three(ratio["dense_skyline"]) + star, _three(ratio["paper"])))
     return _table(f"elements | {' | '.join(METHODS.values())} | dense/skyline | paper's", rows,
                   "(*) Composed of single calls. " + _measured(table))
 
@@ -139,6 +139,11 @@ def command(entry):
 def number(value, form):
     """``value`` as text, – for None."""
     return "–" if value is None else _short(format(value, form))
+
+
+def _three(value):
+    """Three digits, never as a power of ten."""
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def _short(text):
