@@ -465,6 +465,8 @@ def test_page_without_results_is_whole(tmp_path):
     assert cell(html, "Table 1")[0] == cell(html, "Figure 3")[0] == "not run"
     assert cell(html, "mutants")[0] == "left out"
     assert "Plotly" not in html
+    said = re.sub("<.*?>", "", re.search('<ul class="standing">(.*?)</ul>', html, re.DOTALL)[1])
+    assert "L-plate 7 assumed, 2 selected; ruler" in " ".join(said.split())
 
 
 def test_pictures_lie_beside_the_page_with_their_data(results, html):
