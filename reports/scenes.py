@@ -133,7 +133,7 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     held = model.nodes[sorted({node for support in getattr(model, "supports", ())
                                for node in support.nodes})]
     for point, covered_ in zip(held, hidden(view, held, corners)):
-        space.square(point, GREEN, covered_)
+        space.dot(point, GREEN, covered_, size=3.0, marker="s")
     if functions:
         _draw_functions(figure.add_subplot(grid[1, 1]), functions,
                         dict.fromkeys(load.label for load in varying))

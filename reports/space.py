@@ -205,14 +205,9 @@ class Space:
             text.xyann = tuple(offsets[best])
             taken.append(np.array([low[best], high[best]]))
 
-    def dot(self, point, color, covered=False, size=4.0):
+    def dot(self, point, color, covered=False, size=4.0, marker="o"):
         """Mark a point (3,) [m], hollow if it is ``covered``."""
-        self.axes.plot(*self.view(point), "o", color=color, markersize=size, zorder=6,
-                       clip_on=False, markerfacecolor="white" if covered else color)
-
-    def square(self, point, color, covered=False):
-        """Mark a held point (3,) [m], hollow if it is ``covered``."""
-        self.axes.plot(*self.view(point), "s", color=color, markersize=3.0, zorder=6,
+        self.axes.plot(*self.view(point), marker, color=color, markersize=size, zorder=6,
                        clip_on=False, markerfacecolor="white" if covered else color)
 
     def scale_bar(self):

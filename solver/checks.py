@@ -1,6 +1,7 @@
 """Checks of single values: each returns the value in its own type or raises ``InputError``."""
 
 import os
+import re
 from collections import Counter
 from collections.abc import Mapping, Set
 
@@ -79,6 +80,11 @@ def text(name, value):
         raise InputError(f"{name} must be one line of 1 to {LONGEST_NAME} printable characters, is "
                          f"{shown(value)}")
     return value
+
+
+def names_columns(value):
+    """Whether a value is a name that is fit for columns of a table."""
+    return isinstance(value, str) and bool(re.fullmatch(r"[A-Za-z]\w{0,99}", value, re.ASCII))
 
 
 def path(name, value):

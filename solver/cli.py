@@ -152,10 +152,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     elements = definition.elements if elements is None else elements
     case = printable(os.path.basename(model))  # of a benchmark its name
     files = {"overwrite": overwrite, "resume": resume}
-    start, static = None, {}
-    if definition.static:
-        start, static = _equilibrium(definition, elements, membrane, output, files)
     if definition.dynamic is None:
+        _, static = _equilibrium(definition, elements, membrane, output, files)
         return show({"case": case, **static}, as_json)
     words = _words(options, path)
     options["stresses"] = options["stresses"] or definition.output.stresses
@@ -164,6 +162,9 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     with _in_other_words({"membrane": "--membrane"}):
         shell = definition.model(elements, loads=definition.dynamic.loads, membrane=membrane)
     probes = {name: point.value for name, point in definition.points.items()}
+    start, static = None, {}
+    if definition.static:
+        start, static = _equilibrium(definition, elements, membrane, output, files)
     if not as_json:
         click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
@@ -181,12 +182,12 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
     show({"case": case, **({"static": static} if static else {}), "elements": elements,
-           "nodes": len(shell.nodes), "membrane": membrane,
-           "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
-           "solver": result.solver,
-           **_summary(result.history, shell.unloaded_at, result.supported),
-           "output": output and str(output),
-           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
+          "nodes": len(shell.nodes), "membrane": membrane,
+          "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
+          "solver": result.solver,
+          **_summary(result.history, shell.unloaded_at, result.supported),
+          "output": output and str(output),
+          "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 
 def _equilibrium(definition, elements, membrane, output, files):
@@ -243,7 +244,7 @@ def _in_file(definition, path, elements):
         load = re.match(r"load (\d+): ", str(error))
         if not load:
             raise
-        number = definition.load_number(elements, int(load[1]))
+        number = definition.load_number(elements, int(load[1]), definition.dynamic.loads)
         raise InputError(f"{path}: loads[{number}].history: {str(error)[load.end():]}") from None
 
 
@@ -381,6 +382,7 @@ UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "rea
 
 
 def show(summary, as_json):
+    """Print a summary: a line a key, with units, or one JSON object."""
     if as_json:
         click.echo(json.dumps(summary))
         return

@@ -293,3 +293,36 @@ def test_mistakes_in_the_shell(made, shell, message):
     with pytest.raises(InputError, match=re.escape(message)) as told:
         made(shell=shell)
     assert "\n" not in str(told.value)
+
+
+def test_the_dynamic_step_is_checked_first_and_speaks_of_its_loads(tmp_path):
+    """Options before the static step has written anything; a load that it names, by its number in
+    the file."""
+    path, output = tmp_path / "shell.toml", tmp_path / "a.h5"
+    path.write_text(SHELL[:SHELL.index("[defaults]")] + SHELL[SHELL.index("[[geometry"):] + """
+[histories]
+short = { times = [0.0, 1e-4, 2e-4], values = [1.0, 100.0, 0.0] }
+[[supports]]
+fix = "clamped"
+where = { x = 0.0 }
+[[loads]]
+name = "weight"
+gravity = [0, 0, -9.81]
+[[loads]]
+name = "hit"
+at = [2, 1, 0]
+force = [0, 0, 1]
+history = "short"
+[[steps]]
+kind = "static"
+increments = 1
+loads = ["weight"]
+[[steps]]
+kind = "dynamic"
+dt = 1e-3
+end_time = 0.01
+loads = ["hit"]
+""")
+    said = corovec("run", str(path), "--rho-inf", "2", "--output", str(output)).stderr
+    assert "--rho-inf" in said and not list(tmp_path.glob("*.h5"))
+    assert "loads[1].history: " in corovec("run", str(path)).stderr

@@ -1,6 +1,5 @@
 """Running a model: the loop over time steps."""
 
-import re
 import time
 from collections.abc import Callable
 from typing import Annotated
@@ -8,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import existing, floats, integer, shown, single, vector
+from ..checks import existing, floats, integer, names_columns, shown, single, vector
 from ..errors import InputError
 from ..model.mesh import node_at
 from ..model.model import Model
@@ -42,7 +41,7 @@ def probes_of(name, given):
         raise InputError(f"{name} must be a dictionary of at most {MOST_PROBES} nodes or places by "
                          f"their names, is {shown(given)}")
     for key in given:
-        if not isinstance(key, str) or not re.fullmatch(r"[A-Za-z]\w{0,99}", key, re.ASCII):
+        if not names_columns(key):
             raise InputError(f"{name}: a name is letters, digits and _, is {shown(key)}")
     return dict(sorted(given.items()))
 

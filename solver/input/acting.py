@@ -1,6 +1,6 @@
 """What acts on the shell of a model file: functions of time, loads, supports, a rigid motion."""
 
-from pathlib import Path
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -28,6 +28,7 @@ from ..model.loads import (
 from ..model.mesh import node_at
 from ..model.model import rigid_velocity
 from .values import (
+    Beside,
     Line,
     Name,
     Number,
@@ -70,7 +71,7 @@ class History(Strict):
     times: list[Number] | None = None
     values: list[Number] | None = None
     jumps: bool = False
-    csv: Name | None = None
+    csv: Beside | None = None
     columns: tuple[int, int] = (0, 1)
     frequency: Positive | None = None
     amplitude: Number = 1.0
@@ -81,11 +82,6 @@ class History(Strict):
     unit: str = ""
     provenance: Provenance = "given"
     source: str = ""
-
-    @field_validator("csv")
-    @classmethod
-    def _beside(cls, csv, info):
-        return str(Path((info.context or {}).get("folder", ""), csv))
 
     @model_validator(mode="after")
     def _possible(self):
@@ -108,10 +104,15 @@ class History(Strict):
         if self.expression is not None:
             return Expression(self.expression if factor == 1.0 else
                               f"{factor!r} * ({self.expression})")
-        points = (read_time_function(self.csv, self.columns) if self.csv
-                  else TimeFunction(self.times, self.values))
+        points = self._points
         kind = Steps if self.jumps else TimeFunction
         return kind(points.times, tuple(factor * value for value in points.values))
+
+    @cached_property
+    def _points(self):
+        """The table, which is read once, or the points that are given."""
+        return (read_time_function(self.csv, self.columns) if self.csv
+                else TimeFunction(self.times, self.values))
 
     @property
     def shape(self):
@@ -181,7 +182,7 @@ class Load(Strict):
     @property
     def place(self):
         """(kind of place, what is given); None for none."""
-        name = next((name for name in PLACES if getattr(self, name) is not None), None)
+        name = _place_in(vars(self))
         return name and (name, getattr(self, name))
 
     @property
@@ -324,6 +325,4 @@ class RigidMotion(Strict):
         """``velocity`` and ``normal_velocity`` of a ``Model``."""
         v, omega = (given.value if given else (0.0, 0.0, 0.0)
                     for given in (self.velocity, self.spin))
-        mass = model.nodal_mass
-        about = self.about.value if self.about else mass @ model.nodes / mass.sum()
-        return rigid_velocity(model, v, omega, about)
+        return rigid_velocity(model, v, omega, self.about.value if self.about else model.centre)

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 
 from pydantic import Field, field_validator, model_validator
 
 from ..model.generators import block, corners_of, cylinder, sphere_segment
 from ..model.meshes import Mesh, join
 from .values import (
+    Beside,
     Count,
     Divisions,
     Name,
@@ -116,7 +116,7 @@ class Geometry(Strict):
         source: in words.
     """
 
-    file: Name | None = None
+    file: Beside | None = None
     scale: Positive = 1.0
     merge: bool = False
     reduce: bool = False
@@ -127,11 +127,6 @@ class Geometry(Strict):
     unit: str | None = None
     provenance: Provenance = "given"
     source: str = ""
-
-    @field_validator("file")
-    @classmethod
-    def _beside(cls, file, info):
-        return str(Path((info.context or {}).get("folder", ""), file))
 
     @model_validator(mode="after")
     def _one_kind(self):

@@ -428,7 +428,7 @@ class ModelFile(Strict):
         at = floats("", arithmetic(self.parameters.thickness_at, x=x, y=y, z=z), (len(x),))
         if at.min() <= 0.0:
             raise InputError(f"is {at.min():g} m at node {at.argmin()}, must be positive")
-        return mesh.per_element(at).copy()
+        return mesh.per_element(at)
 
     def provenance(self):
         """Rows (parameter, value, unit, provenance, source) of everything the file defines."""

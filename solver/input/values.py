@@ -2,14 +2,14 @@
 as a table with where they come from: ``value``, ``unit``, ``provenance`` and ``source``.
 """
 
-import re
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
-from ..checks import count, number, positive, text
+from ..checks import count, names_columns, number, positive, text
 from ..errors import InputError
 
 Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
@@ -19,7 +19,7 @@ Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", 
 
 def probe_name(name):
     """A name that is fit for columns of a table."""
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,99}", name, re.ASCII):
+    if not names_columns(name):
         raise InputError("a name is letters, digits and _, and begins with a letter")
     return name
 
@@ -40,6 +40,9 @@ Number = Annotated[float, BeforeValidator(partial(number, ""))]
 Positive = Annotated[float, BeforeValidator(partial(positive, ""))]
 Count = Annotated[int, BeforeValidator(partial(count, ""))]
 Name = Annotated[str, BeforeValidator(partial(text, ""))]
+Beside = Annotated[Name, AfterValidator(lambda file, info: str(
+    Path((info.context or {}).get("folder", ""), file)))]
+"""The path of a file, from the folder of the model file."""
 Probe = Annotated[str, BeforeValidator(probe_name)]
 Title = Annotated[str, BeforeValidator(lambda given: given if given == "" else text("", given))]
 Polar = within(0.0, 180.0)
