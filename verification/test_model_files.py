@@ -326,3 +326,14 @@ loads = ["hit"]
     said = corovec("run", str(path), "--rho-inf", "2", "--output", str(output)).stderr
     assert "--rho-inf" in said and not list(tmp_path.glob("*.h5"))
     assert "loads[1].history: " in corovec("run", str(path)).stderr
+
+
+def test_a_copy_with_other_values_forgets_what_was_cached(made):
+    history = made('''
+[histories.ramp]
+times = [0.0, 1.0]
+values = [0.0, 1.0]
+''').histories["ramp"]
+    assert history.function()(1.0) == 1.0
+    other = history.model_copy(update={"values": [0.0, 5.0]})
+    assert other.function()(1.0) == 5.0 and history.function()(1.0) == 1.0

@@ -55,6 +55,13 @@ T = TypeVar("T")
 class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    def __copy__(self):
+        """A copy without what was cached, which need not hold where the copy's fields differ."""
+        copy = super().__copy__()
+        for name in vars(copy).keys() - type(self).model_fields.keys():
+            del vars(copy)[name]
+        return copy
+
 
 @dataclass(frozen=True)
 class Unit:
