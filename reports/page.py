@@ -20,11 +20,12 @@ from corovec.solver.results.files import replacing
 from corovec.solver.runtime.execution import complete, processes
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
 from corovec.timing.tables import TABLE_OF, TABLES
+from corovec.verification.case import CHOSEN
 from corovec.verification.registry import CASES as VERIFICATION
 
 from . import changes, figures, tables
 from .drawings import Sources, benchmarks
-from .parts import Lack, Results, plan, run_file, status, study_file, suite_names
+from .parts import SIZES, Lack, Results, plan, run_file, status, study_file, suite_names
 from .player import packed_text, player
 from .records import load, records_of
 from .style import targets
@@ -180,7 +181,8 @@ def _figure_cell(label, rows, lacks, topic):
     """Of a figure whose statements hold it is only said that it is drawn, and what was compared."""
     cell = _cell(label, rows, lacks, topic)
     if rows and worst([cell.verdict, "drawn"]) == "drawn":
-        cell = replace(cell, verdict="drawn", href=f"#{cell.id}")
+        cell = replace(cell, verdict="drawn", href=f"#{cell.id}",
+                       rests_on=cell.verdict if cell.verdict in CHOSEN else "")
     return replace(cell, beside=f"compared: {tables.summary(rows)}" if rows else "")
 
 
@@ -318,7 +320,8 @@ def _about(size, results):
     seconds = sum((results.stamps.read(part) or {}).get("seconds") or 0.0
                   for part in results.parts.values())
     return SimpleNamespace(
-        size=size, date=datetime.datetime.now().isoformat(" ", timespec="minutes"),
+        size=size, means=SIZES[size],
+        date=datetime.datetime.now().isoformat(" ", timespec="minutes"),
         commit=commit(), machine=machine(), cores=usable_cores(), versions=versions(),
         seconds=tables.duration(seconds), command=f"corovec reproduce --size {size}")
 

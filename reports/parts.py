@@ -28,7 +28,9 @@ from .recording import Recording
 
 PLAN = Path(__file__).with_name("plan.toml")
 
-SIZES = ("quick", "full")
+SIZES = {"quick": "coarse meshes and a part of the paper's simulated times: minutes",
+         "full": "all meshes over the paper's simulated times: hours"}
+"""Sizes, and what they are."""
 
 SOURCES = (".py", ".toml", ".json")
 """Files of a package on which results depend: code, and the data that it reads."""

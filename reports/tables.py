@@ -26,7 +26,7 @@ VERDICTS = {
 
 AGAINST = {"the paper": PAPERS, "other publications and programs": ("recalled", "other code"),
            "closed forms and finer results of our own": ("analytic", "converged"),
-           "wrong variants, which must fail": ("baseline",)}
+           "what wrong or weaker variants must give": ("baseline",)}
 """What rows are compared with, by their kinds."""
 
 METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production default",
@@ -57,6 +57,7 @@ class Cell:
         detail: how many rows have which verdict.
         href: the row that gave the verdict, or the section that shows why there is none.
         beside: what was compared, where the verdict does not say it.
+        rests_on: ``selected`` or ``calibrated`` where the verdict does not say it.
     """
 
     label: str
@@ -65,6 +66,7 @@ class Cell:
     detail: str = ""
     href: str = ""
     beside: str = ""
+    rests_on: str = ""
 
     @property
     def id(self):
@@ -136,7 +138,7 @@ def compared(rows):
 
 
 def standing(labelled):
-    """What became of the paper's numbers and statements, in three groups of ``(label, how many)``:
+    """What became of the paper's numbers and statements, in three groups of ``(label, names)``:
     reproduced; reproduced on data that are not the paper's; not reproduced.
 
     Args:
@@ -151,7 +153,7 @@ def standing(labelled):
                 counted.remove(id(row))
                 deviates = row["verdict"].startswith("deviates")
                 group = groups[2 if deviates else 1 if row.get("rests_on") else 0]
-                group[label] = group.get(label, 0) + 1
+                group.setdefault(label, []).append(row["name"])
     return [list(group.items()) for group in groups]
 
 
