@@ -143,7 +143,7 @@ class Model:
             InputError: as of ``Model``, for its loads.
         """
         made = copy(self)
-        _set(made, loads=_items("loads", loads, LOADS))
+        _set(made, loads=_items("loads", loads, LOADS), elements=self.elements)
         made._check_loads()
         return made
 
