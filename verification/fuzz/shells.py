@@ -38,6 +38,8 @@ FORMATS = {"SHELL.msh": ("gmsh22", False), "SHELL22.msh": ("gmsh22", True),
 MOST_MEMORY = 2**20
 """What a try may take more than any before it [KiB]."""
 
+NUMBER = r"(?<![\w.'\"])-?\d[\d.e+-]*"
+
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "0.0", "-0.0", "1e308", "-1e308", "1e-320", "1e16", "3",
            "1_0", "9223372036854775807", "-9223372036854775808", "9" * 400, "true", "'1'", "0x10",
            "[]", "{}", "1979-05-27", "1000000", "1e9")
@@ -87,7 +89,17 @@ def _written(path, kind, binary):
 
 def changed_number(chance, text):
     """A number replaced."""
-    return _replaced(chance, text, r"(?<![\w.'\"])-?\d[\d.e+-]*", NUMBERS)
+    return _replaced(chance, text, NUMBER, NUMBERS)
+
+
+def scaled_number(chance, text):
+    """A number times a power of ten, or turned round."""
+    factor = chance.choice((-1.0, 0.5, 3.0, 10.0**chance.randrange(-12, 13)))
+    number = chance.choice(re.findall(NUMBER, text) or ["0"])
+    try:
+        return text.replace(number, f"{factor * float(number):g}", 1).encode()
+    except ValueError:
+        return text.encode()
 
 
 def changed_word(chance, text):
@@ -151,8 +163,8 @@ def damaged(chance, data):
 
 def attempt(chance, prepared, folder):
     beside, texts, lines = prepared
-    edits = (changed_value, changed_line, changed_bytes, changed_number, changed_number,
-             changed_word, changed_word, changed_key, changed_table, with_example(lines))
+    edits = (changed_value, changed_line, changed_bytes, changed_number, changed_word,
+             changed_word, *[scaled_number] * 4, changed_key, changed_table, with_example(lines))
     text = chance.choice(texts).replace("SHELL.msh", chance.choice(list(FORMATS)))
     path = folder / "shell.toml"
     try:
@@ -173,7 +185,7 @@ def attempt(chance, prepared, folder):
     before = getrusage(RUSAGE_SELF).ru_maxrss
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=MeshWarning)
-        found = outcome(path, chance.random() < 0.3)
+        found = outcome(path, chance.random() < 0.5)
     more = getrusage(RUSAGE_SELF).ru_maxrss - before
     if more > MOST_MEMORY:
         raise Fault(f"{found}, with {more / 2**20:.1f} GiB")
