@@ -40,6 +40,9 @@ PALE = 0.6
 NORMALS, SHORT = 10, 0.07
 """Most normals that are drawn, and their length relative to the size of the mesh."""
 
+LONGEST_NAME = 26
+"""Letters of a name that leave room for the picture."""
+
 MOST_MARKS = 150
 """Held nodes of a kind that are marked, at most."""
 
@@ -135,7 +138,7 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     for marks in held:
         scene.marks(marks)
     scene.functions()
-    rows = [_row(_patch(colour), name) for name, colour in zip(groups, colours)]
+    rows = [_row(_patch(colour), shortened(name)) for name, colour in zip(groups, colours)]
     scene.key(scene.scale_rows() + (rows if len(groups) > 1 else []) + [
         _row(_line("0.35", 0.8, ">"), "normal of the elements"),
         *([_row(_line(BLACK, 1.6), "fold")] if len(folds) else []),
@@ -217,11 +220,15 @@ class _Scene:
             return
         axes = self.figure.add_subplot(self._grid[1, 1])
         functions = {one.function: one.history for one in self._varying}
-        labels = dict.fromkeys(one.label for one in self._varying)
+        labels = list(dict.fromkeys(one.label for one in self._varying))
+        units = dict.fromkeys(label[label.rindex("["):] for label in labels)
         for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
             axes.plot(*history.curve(), color=colour, linestyle=dashes,
-                      label=f"{mathtext(name)}(t)")
-        axes.set(xlabel="time [s]", ylabel=", ".join(map(mathtext, labels)))
+                      label=f"{mathtext(shortened(name))}(t)")
+        if len(functions) > len(CURVES):
+            axes.plot([], [], " ", label=f"{len(functions) - len(CURVES)} others")
+        axes.set(xlabel="time [s]", ylabel=", ".join(map(mathtext, (
+            labels if len("".join(labels)) <= LONGEST_NAME else units))))
         if len(functions) > 1:
             axes.legend()
 
@@ -251,9 +258,11 @@ class _Scene:
 
     def names(self):
         """The names of what acts and of points, clear of all else."""
-        self.space.names([*arrows.names(self.space, self.drawn, self.ends), *(
+        named = [*arrows.names(self.space, self.drawn, self.ends), *(
             (point, name, (1.0, -1.0), {"color": BLUE, "weight": "bold"})
-            for name, point in self.points.items())],
+            for name, point in self.points.items())]
+        self.space.names(
+            [(point, shortened(name), *rest) for point, name, *rest in named],
             [(self.model.nodes, 0.5), *((arrows.middles(ends), 10.0) for ends in self.ends),
              *((point, 200.0) for point in self.points.values())])
 
@@ -344,6 +353,12 @@ def _held(model):
             found.append(Marks(np.flatnonzero(number.ravel() == k),
                                HELD.get(held) or ", ".join(held), MARKS.get(held) or next(others)))
     return found
+
+
+def shortened(name):
+    """A name with its middle left out if it is too long."""
+    half = LONGEST_NAME // 2
+    return name if len(name) <= LONGEST_NAME else f"{name[:half - 1]}…{name[-half:]}"
 
 
 def _row(picture, words):

@@ -207,3 +207,25 @@ def test_names_are_clear_of_one_another(drawn):
     for k, a in enumerate(boxes):
         for b in boxes[:k]:
             assert np.any(np.minimum(a[1], b[1]) <= np.maximum(a[0], b[0]))
+
+
+def test_long_names_and_many_functions_leave_room(drawn):
+    """Names lose their middle; of many functions the units are told, and how many are not drawn."""
+    name = "outer panel of the left wing between ribs seven and twelve"
+    many = "".join(f"""
+[histories.f{k}]
+times = [0.0, {k + 1.0}]
+values = [1.0, 0.0]
+[[loads]]
+name = "{name} {k}"
+at = [0, 0, 0]
+force = [0, 0, {k + 1.0}]
+history = "f{k}"
+""" for k in range(9))
+    figure, data, _ = drawn(f"[defaults]\ndt = 0.01\nend_time = 0.1\n{many}",
+                            SHELL.replace("floor", name))
+    figure.draw_without_rendering()  # it would warn if there were no room
+    words = said(figure)
+    assert "outer panel …en and twelve" in words and "2 others" in words
+    assert figure.axes[1].get_ylabel() == "[–]" and max(map(len, words)) < 40
+    assert f"{name} 8" in set(data["name"])
