@@ -16,7 +16,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Annotated
 
-from corovec import InputError, ResultFileError, read, simulate, warm_up
+from corovec import Configuration, InputError, ResultFileError, read, simulate, warm_up
 from corovec.solver.checks import shown
 from corovec.solver.dynamics.simulation import probes_of
 from corovec.solver.results.files import replacing, writable_folder
@@ -153,7 +153,8 @@ def _executor(name, value):
 
 @checked
 def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, _executor] = None,
-             jobs: Count = None, probes: Annotated[dict, probes_of] = None):
+             jobs: Count = None, probes: Annotated[dict, probes_of] = None,
+             start: Configuration = None):
     """Run many models and keep the results in memory.
 
     Args:
@@ -162,6 +163,7 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
         executor: any ``concurrent.futures.Executor``; left out, ``jobs`` spawned processes, one a
             usable core.  A script needs ``if __name__ == "__main__":`` around the call then.
         probes: of every run, as of ``simulate``; a place is looked for in the mesh of each.
+        start: of every run, as of ``simulate``: one state, of a mesh that all have.
 
     Returns:
         list: in the order of ``items``, each a ``Result``, or the exception that its
@@ -170,7 +172,7 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
     Raises:
         InputError: an item or ``jobs`` is not what it should be; nothing has been computed.
     """
-    compute = partial(_compute, probes=probes)
+    compute = partial(_compute, probes=probes, start=start)
     if executor is None:
         ended = {run: error or value
                  for run, value, error in complete(processes(jobs), compute, items)}
@@ -186,10 +188,10 @@ def _warm_up():
     return warm_up()
 
 
-def _compute(run, probes):
+def _compute(run, probes, start):
     """In a worker: the result of a run."""
     _warm_up()
-    return simulate(run.model, run.settings, probes=probes)
+    return simulate(run.model, run.settings, probes=probes, start=start)
 
 
 def _record(task):

@@ -246,6 +246,20 @@ def test_many_models_with_probes():
         run_many(items, probes=[0])
 
 
+def test_many_models_start_from_one_state():
+    """Each from the end of another run, with its velocities."""
+    short = Settings(dt=0.02, end_time=0.2)
+    begun = simulate(PLATE, short).state
+    items = [(replace(PLATE, loads=[]), short), (replace(PLATE, youngs=2e6, loads=[]), short)]
+    with ThreadPoolExecutor(1) as executor:
+        results = run_many(items, executor, start=begun)
+    for item, result in zip(items, results):
+        assert np.array_equal(result.history, simulate(*item, start=begun).history)
+        assert result.history["kinetic_energy"][0] > 0.0
+    with pytest.raises(InputError, match="start must be a Configuration"):
+        run_many(items, start=0)
+
+
 def test_script_that_starts_itself_again_is_told_so(tmp_path):
     """Spawned processes import the script: without its guard they would start themselves."""
     script = tmp_path / "script.py"

@@ -13,7 +13,7 @@ from corovec.solver.names import printable
 from corovec.solver.results.files import writable_path
 from corovec.solver.runtime.provenance import body
 
-from .scenes import mesh_and_loads
+from .shells import whole_model
 from .style import FORMATS, save
 
 
@@ -33,7 +33,7 @@ def check_model(model, elements=None, output=None, view=None, overwrite=False, a
     definition = read_model(path)
     elements = definition.elements if elements is None else elements
     shell = definition.model(elements)
-    figure, data = mesh_and_loads(shell, view=view)
+    figure, data = whole_model(shell, definition, view)
     written = save(figure, data, picture.parent, picture.stem, (picture.suffix[1:],), overwrite)
     show({"model": printable(definition.heading), **summary(definition, shell),
           "picture": printable(str(written[0]))}, as_json)

@@ -69,7 +69,8 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
 @click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
 def check(model, elements, output, view, overwrite, as_json):
-    """Check a MODEL file without running it, and draw its mesh, loads and supports.
+    """Check a MODEL file without running it, and draw all that it says: mesh, normals, groups,
+    folds, supports, loads of every kind, initial motion.
 
     Prints mass, centre, inertia, extent, groups, sets, folds, the thickest and the most warped
     element, and what acts.  All errors of the file are told at once.

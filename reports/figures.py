@@ -11,7 +11,8 @@ from .curves import (
     momenta,
     total_energies,
 )
-from .scenes import mesh_and_loads, sequence
+from .scenes import sequence
+from .shells import mesh_and_loads
 from .style import save
 
 __all__ = ["Curve", "convergence", "displacements", "energies", "mesh_and_loads", "momenta",

@@ -1,34 +1,18 @@
-"""Figures in space: the mesh with its loads, and the deformed shell at several instants."""
+"""The deformed shell at several instants."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.offsetbox import AnchoredOffsetbox, AuxTransformBox, HPacker, TextArea, VPacker
-from matplotlib.patches import FancyArrowPatch
-from scipy.spatial import cKDTree
 
-from corovec.solver.checks import numbers, shown
+from corovec.solver.checks import numbers
 from corovec.solver.errors import InputError
-from corovec.solver.input.model_file import ModelFile
-from corovec.solver.model.histories import CONSTANT, FunctionOfTime
-from corovec.solver.model.loads import NodalLoad
-from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked
 
 from .recording import Recording
-from .space import ARROW, Space, View, best_view, bounds, density_bar, density_scale, hidden
-from .style import BLUE, CURVES, GREEN, VERMILLION, WIDTH, styled
-
-LONGEST = 0.22
-"""Longest arrow of each unit of force relative to the size of the mesh."""
-
-PARTS = 24
-"""Parts of an arrow that are hidden behind the shell or not."""
-
-OUTWARD = 0.2
-"""Weight of the distance from the middle of the mesh beside that from its nodes."""
+from .space import Angles, Space, View, best_view, bounds, density_bar, density_scale
+from .style import WIDTH, styled
 
 MOVED = 0.5
 """A shell that travels this multiple of its size has its way drawn above its frames."""
@@ -48,104 +32,11 @@ FRAMES = 8
 """Instants of a sequence, if none are asked for."""
 
 
-class Drawn(NamedTuple):
-    """A load: forces (n, 3) at their largest with their unit, N/m for a line load of a case; its
-    function of time with the label of its axis."""
-
-    name: str
-    nodes: list
-    forces: np.ndarray
-    unit: str
-    function: str
-    history: FunctionOfTime
-    label: str
-
-
-def _shell(name, model):
-    """Anything with nodes and quads."""
-    if isinstance(model, type) or not (hasattr(model, "nodes") and hasattr(model, "quads")):
-        raise InputError(f"{name} must be a Model or a Recording, is {shown(model)}")
-    return model
-
-
-def _angles(name, view):
-    """An elevation and an azimuth [degrees]."""
-    items = numbers(name, view)
-    if len(items) != 2:
-        raise InputError(f"{name} must be (elevation, azimuth), is {shown(view)}")
-    return items
-
-
 def _times(name, times):
     items = numbers(name, times)
     if not items:
         raise InputError(f"{name} must not be empty")
     return items
-
-
-Angles = Annotated[tuple, _angles]
-
-
-@checked
-@styled
-def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, view: Angles = None):
-    """The undeformed mesh with its loads at their largest, and their functions of time.
-
-    Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; forces and forces per
-    length have each a scale, told by an arrow of round size.  What lies behind the shell is
-    hollow and dashed.
-
-    Args:
-        model: ``Model``, whose moments and pressures are not drawn, or anything else
-            with ``nodes`` and ``quads``.
-        case: ``Case`` of the model, for the names of its loads and points; line
-            loads are then forces per length [N/m], the same at all nodes of the line.
-        view: (elevation, azimuth) [degrees]; default: where most is seen.
-
-    Returns:
-        (Figure, DataFrame): rows ``item`` = element (its corners x, y, z), load (x, y, z of its
-        node, the drawn force fx, fy, fz and its unit), point, or function (``time``, ``value``).
-    """
-    corners = model.nodes[model.quads]
-    loads = _nodal_loads(model) if case is None else _case_loads(model, case)
-    points = {name: point.value for name, point in case.points.items()} if case else {}
-    varying = [load for load in loads if load.history.settled > 0.0]
-    functions = {load.function: load.history for load in varying}
-    view = best_view(corners) if view is None else View(*view)
-    scales = _scales(model, loads)
-    ends = [_arrows(model, load, scales) for load in loads]
-    box = bounds(model.nodes, *ends)
-    beside = 0.3 + 0.2 * len(scales)
-    height = max(0.5 + 0.72 * WIDTH * view.aspect(box), 1.9 + beside)
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    spare = max(0.01, 0.5 * (height - 1.9 - beside))
-    grid = figure.add_gridspec(4, 1 + bool(loads), width_ratios=(3.4, 1.0)[:1 + bool(loads)],
-                               height_ratios=(spare, 1.7, beside, spare))
-    space = Space(figure.add_subplot(grid[:, 0]), view, box)
-    space.elements(corners[None], facecolor="0.92", edge="0.4", line=0.4)
-    covered = [np.reshape(hidden(view, _middles(arrows), corners), (-1, PARTS)) for arrows in ends]
-    for arrows, each in zip(ends, covered):
-        for (tail, tip), parts in zip(arrows, each):
-            space.arrow(tail, tip, parts)
-    behind = dict(zip(points, hidden(view, list(points.values()), corners)))
-    for name, point in points.items():
-        space.dot(point, BLUE, behind[name])
-    held = model.nodes[sorted({node for support in getattr(model, "supports", ())
-                               for node in support.nodes})]
-    for point, covered_ in zip(held, hidden(view, held, corners)):
-        space.dot(point, GREEN, covered_, size=3.0, marker="s")
-    if functions:
-        _draw_functions(figure.add_subplot(grid[1, 1]), functions,
-                        dict.fromkeys(load.label for load in varying))
-    if loads:
-        _draw_scales(figure.add_subplot(grid[2, 1]), space, scales, LONGEST * model.size,
-                     any(map(np.any, covered)) or any(behind.values()))
-    space.names([*_load_names(space, loads, ends, model.nodes), *(
-        (point, name, (1.0, -1.0), {"color": BLUE, "weight": "bold"})
-        for name, point in points.items())],
-        [(model.nodes, 0.5), *((_middles(arrows), 10.0) for arrows in ends),
-         *((point, 20.0) for point in points.values())])
-    return figure, _mesh_table(model, loads, points, functions)
 
 
 @checked
@@ -252,126 +143,3 @@ def _clear(seen):
         if all(np.any((low[k] > high[one]) | (high[k] < low[one])) for one in kept):
             kept.append(k)
     return sorted(kept)
-
-
-def _nodal_loads(model):
-    """The forces of a model, those with one function of time together."""
-    found = {}
-    for load in getattr(model, "loads", ()):
-        if isinstance(load, NodalLoad):
-            found.setdefault(load.history, []).append(load)
-    names = [f"f{k}" for k in range(1, len(found) + 1)] if len(found) > 1 else ["f"]
-    return [Drawn("", [load.node for load in loads],
-                  np.array([load.force for load in loads]) * _peak(history), "N", name, history,
-                  f"{name}(t) [–]")
-            for name, (history, loads) in zip(names, found.items())]
-
-
-def _case_loads(model, case):
-    """The loads of a case by their names."""
-    drawn, mesh = [], case.mesh(len(model.quads))
-    for load in case.loads:
-        if not load.force:
-            continue
-        definition = case.histories.get(load.history)
-        history = definition.function() if definition else CONSTANT
-        unit = definition and (definition.peak.unit if definition.peak else definition.unit)
-        nodes = [one.node for one in load.made(mesh)]
-        force = np.array(load.force.value) * _peak(history)
-        drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.unit,
-                           load.history, history, f"{load.history}(t) [{unit or '–'}]"))
-    return drawn
-
-
-def _peak(history):
-    """The value of largest size of a time function."""
-    return float(max(history.curve()[1], key=abs))
-
-
-def _scales(model, loads):
-    """``{unit: length of an arrow [m] per size of a force}``, the longest of each unit alike."""
-    largest = {}
-    for load in loads:
-        size = np.linalg.norm(load.forces, axis=1).max()
-        largest[load.unit] = max(size, largest.get(load.unit, 0.0))
-    return {unit: LONGEST * model.size / size for unit, size in largest.items() if size > 0.0}
-
-
-def _arrows(model, load, scales):
-    """(n, 2, 3) tails and tips of the arrows of a load, which touch their nodes from that side
-    where they are farther from the mesh and its middle."""
-    arrows = scales.get(load.unit, 0.0) * load.forces
-    at, mesh = model.nodes[load.nodes], cKDTree(model.nodes)
-    before, after = (np.mean(mesh.query(ends)[0] + OUTWARD * np.linalg.norm(
-        ends - mesh.data.mean(axis=0), axis=1)) for ends in (at - arrows, at + arrows))
-    tails = at - arrows if before > after * (1.0 + 1e-9) else at
-    return np.stack([tails, tails + arrows], axis=1)
-
-
-def _middles(arrows):
-    """(n, PARTS, 3) middles of the equal parts of arrows (n, 2, 3)."""
-    part = (np.arange(PARTS)[:, None] + 0.5) / PARTS
-    return arrows[:, :1] + part * (arrows[:, 1:] - arrows[:, :1])
-
-
-def _load_names(space, loads, ends, nodes):
-    """What ``Space.names`` takes of loads: a name lies beyond that end of the middle arrow which is
-    not at a node."""
-    for load, arrows in zip(loads, ends):
-        arrow, at = arrows[len(arrows) // 2], nodes[load.nodes[len(load.nodes) // 2]]
-        free = arrow[np.argmax(np.linalg.norm(arrow - at, axis=1))]
-        if load.name:
-            yield free, load.name, space.view(free - at), {"color": VERMILLION}
-
-
-def _round(size):
-    """The largest of 1, 2, 5, 10, ... that is not above ``size``."""
-    power = 10.0 ** np.floor(np.log10(size))
-    return max(step for step in (1.0, 2.0, 5.0) if step * power <= size * (1.0 + 1e-9)) * power
-
-
-def _draw_scales(axes, space, scales, longest, behind):
-    """An arrow of round size for each unit, as long as it is in ``space`` square to the eye, next
-    to the ``longest`` [m], and what hollow means if anything lies ``behind`` the shell."""
-    axes.axis("off")
-    words = {"size": 7.0}
-    rows = [TextArea("at the largest, to scale:", textprops=words)] if scales else []
-    for unit, scale in scales.items():
-        size = _round(longest / scale)
-        arrow = AuxTransformBox(space.axes.transData)
-        arrow.add_artist(FancyArrowPatch((0.0, 0.0), (size * scale, 0.0), color=VERMILLION,
-                                         **ARROW))
-        rows.append(HPacker(children=[arrow, TextArea(f"{size:g} {unit}", textprops=words)],
-                            pad=0.0, sep=4.0, align="center"))
-    if behind:
-        rows.append(TextArea("hollow, dashed: behind the shell", textprops=words))
-    axes.add_artist(AnchoredOffsetbox("upper center", child=VPacker(
-        children=rows, pad=0.0, sep=3.0, align="center"), frameon=False, pad=0.0, borderpad=0.0,
-        bbox_to_anchor=(0.5, 1.0), bbox_transform=axes.transAxes))
-
-
-def _draw_functions(axes, functions, labels):
-    for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
-        axes.plot(*history.curve(), color=colour, linestyle=dashes,
-                  label=f"{mathtext(name)}(t)")
-    axes.set(xlabel="time [s]", ylabel=", ".join(map(mathtext, labels)))
-    if len(functions) > 1:
-        axes.legend()
-
-
-def _mesh_table(model, loads, points, functions):
-    """The table of ``mesh_and_loads``."""
-    x, y, z = model.nodes[model.quads.ravel()].T
-    parts = [pd.DataFrame({"item": "element", "name": np.repeat(np.arange(len(model.quads)), 4),
-                           "x": x, "y": y, "z": z})]
-    for load in loads:
-        at, forces = model.nodes[load.nodes].T, load.forces.T
-        parts.append(pd.DataFrame({"item": "load", "name": load.name,
-                                   **dict(zip(("x", "y", "z", "fx", "fy", "fz"), (*at, *forces))),
-                                   "unit": load.unit, "function": load.function}))
-    for name, (x, y, z) in points.items():
-        parts.append(pd.DataFrame({"item": "point", "name": [name], "x": x, "y": y, "z": z}))
-    for name, history in functions.items():
-        parts.append(pd.DataFrame({"item": "function", "name": name,
-                                   **dict(zip(("time", "value"), history.curve()))}))
-    return pd.concat(parts, ignore_index=True)

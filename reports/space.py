@@ -4,6 +4,7 @@ Elements are painted from the farthest to the nearest.
 """
 
 from itertools import pairwise, product
+from typing import Annotated
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -12,7 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from corovec.solver.checks import number
+from corovec.solver.checks import number, numbers, shown
+from corovec.solver.errors import InputError
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import mathtext
 
@@ -23,6 +25,9 @@ ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
 ARROW = {"arrowstyle": "-|>", "linewidth": 1.0, "shrinkA": 0.0, "shrinkB": 0.0,
          "mutation_scale": 8.0}
 """Looks of the arrows of loads."""
+
+HEADS = (0.0, 5.0)
+"""How far the heads of an arrow are from its tip [points of print]."""
 
 THINNEST = 0.08
 """Shortest side of the box relative to its longest: a flat mesh needs room for its ticks."""
@@ -70,6 +75,17 @@ class View:
         return height / width
 
 
+def _angles(name, view):
+    """An elevation and an azimuth [degrees]."""
+    items = numbers(name, view)
+    if len(items) != 2:
+        raise InputError(f"{name} must be (elevation, azimuth), is {shown(view)}")
+    return items
+
+
+Angles = Annotated[tuple, _angles]
+
+
 def best_view(corners):
     """The ``View`` in which elements (n, 4, 3) fill most of a picture, rather wide than high.
     """
@@ -100,11 +116,15 @@ def hidden(view, points, corners):
     seen, depth, inverse = seen[facing], depth[facing], np.linalg.inv(sides[facing])
     margin = DEPTH * np.ptp(triangles, axis=(0, 1)).max()
 
+    (left, low), (right, high) = seen.min(axis=1).T, seen.max(axis=1).T
+
     def covered(point):
-        part = np.einsum("tij,tj->ti", inverse, view(point) - seen[:, 0])
+        x, y = view(point)
+        near = np.flatnonzero((left <= x) & (x <= right) & (low <= y) & (y <= high))
+        part = np.einsum("tij,tj->ti", inverse[near], (x, y) - seen[near, 0])
         within = (part > 0.0).all(axis=1) & (part.sum(axis=1) < 1.0)
-        over = depth[within, 0] + np.sum(part * (depth[:, 1:] - depth[:, :1]), axis=1)[within]
-        return bool(np.any(over > point @ view.eye + margin))
+        over = depth[near, 0] + np.sum(part * (depth[near, 1:] - depth[near, :1]), axis=1)
+        return bool(np.any(over[within] > point @ view.eye + margin))
 
     return np.array([covered(point) for point in np.reshape(points, (-1, 3))], dtype=bool)
 
@@ -144,15 +164,16 @@ class Space:
         if values is not None:
             polygons.set_array(np.take_along_axis(values, order, axis=1).ravel())
 
-    def arrow(self, tail, tip, covered=(False,), color=VERMILLION):
+    def arrow(self, tail, tip, covered=(False,), color=VERMILLION, heads=1, **style):
         """An arrow between two points (3,) [m]; those of its equal parts that are ``covered`` are
-        dashed, and its head is hollow if the last one is."""
+        dashed, and its heads are hollow if the last one is.  ``style``: other than ``ARROW``."""
         covered = np.asarray(covered)
         ends = self.view((tail, tip))
         head = "white" if covered[-1] else color
-        self.axes.annotate("", ends[1], ends[0], annotation_clip=False, zorder=5, arrowprops={
-            **ARROW, "edgecolor": color, "facecolor": head,
-            **({"linestyle": (0, (1.5, 1.2)), "linewidth": 0.7} if covered.any() else {})})
+        for shrink in HEADS[:heads]:
+            self.axes.annotate("", ends[1], ends[0], annotation_clip=False, zorder=5, arrowprops={
+                **ARROW, "edgecolor": color, "facecolor": head, "shrinkB": shrink, **style,
+                **({"linestyle": (0, (1.5, 1.2)), "linewidth": 0.7} if covered.any() else {})})
         if covered.any():
             along = np.linspace(0.0, 1.0, len(covered) + 1)[:, None] * (ends[1] - ends[0]) + ends[0]
             self.axes.add_collection(LineCollection(

@@ -11,7 +11,7 @@ from matplotlib.text import Text
 
 from corovec import InputError, ResultFileError, TimeFunction, total_energy
 from corovec.benchmarks import load_case
-from corovec.reports import curves, scenes
+from corovec.reports import arrows, curves
 from corovec.reports.figures import (
     Curve,
     convergence,
@@ -326,25 +326,26 @@ def test_arrows_have_a_scale_for_each_unit():
     apart."""
     case = load_case("plates")
     model = case.model(432)
-    loads = scenes._case_loads(model, case)
-    point = loads[0]._replace(unit="N", forces=np.array([[30.0, 0.0, 0.0]]), nodes=[0])
-    scales = scenes._scales(model, [*loads, point])
-    line = max(np.linalg.norm(load.forces, axis=1).max() for load in loads)
-    assert scales == pytest.approx({"N/m": scenes.LONGEST * model.size / line,
-                                    "N": scenes.LONGEST * model.size / 30.0})
-    assert [scenes._round(size) for size in (30.0, 4.9, 0.1, 42313.0)] == pytest.approx(
+    loads = arrows.of_case(model, case)
+    point = loads[0]._replace(unit="N", vectors=np.array([[30.0, 0.0, 0.0]]))
+    scales = arrows.scales(model, [*loads, point])
+    line = max(np.linalg.norm(load.vectors, axis=1).max() for load in loads)
+    assert scales == pytest.approx({"N/m": arrows.LONGEST * model.size / line,
+                                    "N": arrows.LONGEST * model.size / 30.0})
+    assert [arrows.rounded(size) for size in (30.0, 4.9, 0.1, 42313.0)] == pytest.approx(
         [20.0, 2.0, 0.1, 20000.0])
     figure, data = mesh_and_loads(model, case)
     said = [text.get_text() for axes in figure.axes for text in axes.findobj(Text)]
-    assert f"{scenes._round(line):g} N/m" in said and not any(text.endswith(" N") for text in said)
+    assert f"force {arrows.rounded(line):g} N/m" in said
+    assert not any(text.endswith(" N") for text in said)
     assert set(data.loc[data["item"] == "load", "unit"]) == {"N/m"}
     reference, = (patch for axes in figure.axes[1:] for patch in axes.findobj(FancyArrowPatch))
     figure.draw_without_rendering()
-    drawn = reference.get_transform().transform([(0.0, 0.0), (scenes._round(line) * scales["N/m"],
+    drawn = reference.get_transform().transform([(0.0, 0.0), (arrows.rounded(line) * scales["N/m"],
                                                               0.0)])
     metre = figure.axes[0].transData.transform([(0.0, 0.0), (1.0, 0.0)])
     assert np.ptp(drawn[:, 0]) == pytest.approx(
-        np.ptp(metre[:, 0]) * scenes._round(line) * scales["N/m"])
+        np.ptp(metre[:, 0]) * arrows.rounded(line) * scales["N/m"])
 
 
 def test_line_loads_are_even_along_their_line():

@@ -10,7 +10,7 @@ import os
 import re
 import sys
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from importlib import metadata
 
@@ -137,8 +137,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
       corovec run l-plate --elements 30 --solver skyline --json
     """
     from .compilation import warm_up
-    from .dynamics.simulation import simulate
     from .input.files import find_model, read_model
+    from .input.running import ReadySteps
     from .results.files import RUN, writable_path
     from .runtime.provenance import body
     if resume and overwrite:
@@ -149,39 +149,36 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         output = writable_path(output, overwrite or resume, RUN)
     path = find_model(model)
     definition = read_model(path)
-    elements = definition.elements if elements is None else elements
     case = printable(os.path.basename(model))  # of a benchmark its name
-    files = {"overwrite": overwrite, "resume": resume}
+    words, settings = _words(options, path), None
     if definition.dynamic is None:
-        _, static = _equilibrium(definition, elements, membrane, output, files)
-        return show({"case": case, **static}, as_json)
-    words = _words(options, path)
-    options["stresses"] = options["stresses"] or definition.output.stresses
-    options["frame_every"] = options["frame_every"] or definition.output.frame_every
-    settings = _settings(options, definition.dynamic, words)
-    with _in_other_words({"membrane": "--membrane"}):
-        shell = definition.model(elements, loads=definition.dynamic.loads, membrane=membrane)
-    probes = {name: point.value for name, point in definition.points.items()}
-    start, static = None, {}
-    if definition.static:
-        start, static = _equilibrium(definition, elements, membrane, output, files)
-    if not as_json:
-        click.echo(f"{definition.heading}: {elements} elements, {len(shell.nodes)} nodes, "
+        _refuse_settings(path)
+    else:
+        options["stresses"] = options["stresses"] or definition.output.stresses
+        options["frame_every"] = options["frame_every"] or definition.output.frame_every
+        settings = _settings(options, definition.dynamic, words)
+    with _in_other_words({**words, "membrane": "--membrane"}), _in_file(path):
+        steps = ReadySteps(definition, elements, settings, membrane)
+    shell = steps.dynamic or steps.static
+    if settings and not as_json:
+        click.echo(f"{definition.heading}: {steps.elements} elements, {len(shell.nodes)} nodes, "
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
             click.echo(f"{printable(str(output))} does not exist yet: a new run")
     compile_seconds = warm_up()
-    with _Progress(settings.n_steps, shell.unloaded_at) as progress:
+    with _Progress(settings.n_steps, shell.unloaded_at) if settings else nullcontext() as progress:
         try:
-            with _in_other_words(words), _in_file(definition, path, elements):
-                result = simulate(shell, settings, output=output, progress=progress, case=case,
-                                  probes=probes, start=start, **files)
+            with _in_other_words(words):
+                static, result = steps.run(output, overwrite, resume, progress, case)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
+    of_static = static and _of_static(static, shell, steps.static_output(output))
+    if result is None:
+        return show({"case": case, **of_static}, as_json)
     seconds = {name: getattr(result.seconds, name) for name in
                ("assembly", "factorization", "solve", "rest", "total")}
-    show({"case": case, **({"static": static} if static else {}), "elements": elements,
+    show({"case": case, **({"static": of_static} if static else {}), "elements": steps.elements,
           "nodes": len(shell.nodes), "membrane": membrane,
           "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
           "solver": result.solver,
@@ -190,24 +187,21 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 
-def _equilibrium(definition, elements, membrane, output, files):
-    """The static step of a model file: its last state, and its summary.  Where a dynamic step
-    follows, its file has -static in its name."""
-    import numpy as np
+def _refuse_settings(path):
+    """Raise ``InputError`` for options of a motion beside a file that has none."""
+    from .dynamics.settings import Settings
+    context = click.get_current_context()
+    for option in (option for field in fields(Settings) for option in _options(field)):
+        if context.get_parameter_source(option.name) is click.core.ParameterSource.COMMANDLINE:
+            raise InputError(f"{option.opts[0]} is of a motion, {path} has a static step only")
 
-    from .statics.load_control import load_control
-    from .statics.settings import StaticSettings
-    static, followed = definition.static, definition.dynamic is not None
-    with _in_other_words({"membrane": "--membrane"}):
-        shell = definition.model(elements, loads=static.loads, rising=followed, membrane=membrane)
-    if output is not None and followed:
-        output = output.with_stem(f"{output.stem}-static")
-    factors = np.linspace(0.0, 1.0, static.increments + 1)[1:]
-    result = load_control(shell, factors, StaticSettings(stresses=definition.output.stresses),
-                          output=output, **files)
+
+def _of_static(result, shell, output):
+    """What ``run`` says of a static step."""
+    import numpy as np
     largest = np.linalg.norm(result.displacement[-1], axis=1)
-    return result.states[-1], {
-        "elements": elements, "nodes": len(shell.nodes), "load_factor": 1.0,
+    return {
+        "elements": len(shell.quads), "nodes": len(shell.nodes), "load_factor": 1.0,
         "strain_energy": float(result.strain_energy[-1]),
         "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
         "reaction": result.reactions[-1].sum(axis=0).tolist(),
@@ -236,16 +230,13 @@ def _options(field):
 
 
 @contextmanager
-def _in_file(definition, path, elements):
-    """Errors of a load of the model as those of the load in its file."""
+def _in_file(path):
+    """Errors of what stands in a model file with its path."""
     try:
         yield
     except InputError as error:
-        load = re.match(r"load (\d+): ", str(error))
-        if not load:
-            raise
-        number = definition.load_number(elements, int(load[1]), definition.dynamic.loads)
-        raise InputError(f"{path}: loads[{number}].history: {str(error)[load.end():]}") from None
+        text = str(error)
+        raise InputError(f"{path}: {text}" if text.startswith("loads[") else text) from None
 
 
 def _words(options, path):

@@ -61,11 +61,12 @@ def good(folder):
                                "notify": warnings.warn},
         convergence.Run: {"model": api.PLATE, "settings": api.RUN, "case": None},
         convergence.processes: {"jobs": 1},
-        convergence.run_many: {"items": [], "executor": None, "jobs": 1, "probes": None},
+        convergence.run_many: {"items": [], "executor": None, "jobs": 1, "probes": None,
+                               "start": None},
     }
 
 
-OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "Stresses",
+OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "ModelRun", "Stresses",
             "Configuration", "AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
             "ResultFileWarning", "StepError", "Curve", "warm_up"}
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""

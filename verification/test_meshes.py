@@ -2,6 +2,7 @@
 
 import random
 import re
+import tracemalloc
 import warnings
 
 import meshio
@@ -390,6 +391,36 @@ def test_damaged_files_end_in_one_line(tmp_path, capfd, suffix):
             except InputError as error:
                 assert str(error).isprintable() and len(str(error)) < 400
     assert capfd.readouterr() == ("", "")
+
+
+def binary_msh(path):
+    """The bytes of a binary file of format 4.1."""
+    meshio.Mesh(plate().nodes, [("quad", plate().quads)]).write(path, "gmsh", binary=True)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("section, place, count", [
+    ("Nodes", 0, 2**40), ("Nodes", 1, 2**28), ("Elements", 0, 2**28), ("Nodes", 6, 2**34)])
+def test_damaged_counts_take_no_memory(tmp_path, section, place, count):
+    """Of blocks, of nodes, of blocks of elements, and the number of a node: arrays and lists of so
+    many would take gigabytes."""
+    path = tmp_path / "m.msh"
+    data = bytearray(binary_msh(path))
+    assert len(Mesh.read(path).quads) == 2
+    at = data.index(f"${section}\n".encode()) + len(section) + 2
+    sizes = np.frombuffer(data, "u8", 4, at).tolist()
+    assert sizes == ([1, 6, 1, 6] if section == "Nodes" else [1, 2, 1, 2])
+    # behind the head of a section: three int32 and a size of the block, then its numbers
+    at += 8 * place if place < 4 else 32 + 12 + 8 * (place - 4)
+    data[at:at + 8] = count.to_bytes(8, "little")
+    path.write_bytes(data)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match="m.msh cannot be read: an array of .* entries in a"):
+            Mesh.read(path)
+        assert tracemalloc.get_traced_memory()[1] < 1e8
+    finally:
+        tracemalloc.stop()
 
 
 # ------------------------------------------------------------------ in Python

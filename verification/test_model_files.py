@@ -16,14 +16,18 @@ from corovec import (
     NodalLoad,
     NodalMoment,
     Pressure,
+    Settings,
     Steps,
     Support,
     TimeFunction,
     block,
     read,
+    run_model,
 )
+from corovec.solver.cli import cli
 from corovec.solver.input import reference
 from corovec.solver.input.files import read_model
+from corovec.solver.input.running import ReadySteps
 from corovec.verification.helpers import corovec
 
 SHELL = """
@@ -337,3 +341,76 @@ values = [0.0, 1.0]
     assert history.function()(1.0) == 1.0
     other = history.model_copy(update={"values": [0.0, 5.0]})
     assert other.function()(1.0) == 5.0 and history.function()(1.0) == 1.0
+
+
+TWO_STEPS = SHELL[:SHELL.index("[defaults]")] + SHELL[SHELL.index("[[geometry"):] + """
+[[supports]]
+fix = "clamped"
+where = { x = 0.0 }
+[[loads]]
+name = "weight"
+gravity = [0, 0, -9.81]
+[[loads]]
+name = "pull"
+at = [2, 1, 0]
+force = [0, 0, -1]
+[[steps]]
+kind = "static"
+increments = 1
+"""
+
+MOTION = """
+[[steps]]
+kind = "dynamic"
+dt = 1e-3
+end_time = 0.005
+loads = ["weight"]
+[points]
+tip = [2, 1, 0]
+"""
+
+
+def test_steps_run_from_python(made, tmp_path):
+    """An equilibrium under all loads, and a motion that starts there under those that it names."""
+    static, dynamic = run_model(made(MOTION, TWO_STEPS), output=tmp_path / "a.h5")
+    np.testing.assert_allclose(dynamic.history["tip_u"][0], static.displacement[-1, 14], rtol=1e-12)
+    assert dynamic.history["kinetic_energy"][-1] > 0.0 and len(dynamic.history) == 6
+    assert np.array_equal(read(tmp_path / "a-static.h5")["displacement"][-1],
+                          static.displacement[-1])
+    assert np.array_equal(read(tmp_path / "a.h5")["history"]["tip_u"], dynamic.history["tip_u"])
+    alone = run_model(made("", TWO_STEPS))
+    assert alone.dynamic is None
+    np.testing.assert_allclose(alone.static.displacement[-1], static.displacement[-1], rtol=1e-9,
+                               atol=1e-12)
+    short = run_model(made(shell=SHELL), settings=Settings(1e-3, 2e-3))
+    assert short.static is None and len(short.dynamic.history) == 3
+
+
+def test_both_steps_are_of_one_model(made):
+    """Its directors and element constants are made once; only the loads differ."""
+    steps = ReadySteps(made(MOTION, TWO_STEPS))
+    assert steps.static.elements is steps.dynamic.elements
+    assert [type(load) for load in steps.static.loads] == [Gravity, NodalLoad]
+    assert steps.dynamic.loads == (Gravity((0.0, 0.0, -9.81)),)
+
+
+def test_what_a_motion_cannot_have_is_told_before_the_static_step(made, tmp_path):
+    model = made(MOTION, TWO_STEPS.replace('fix = "clamped"\nwhere = { x = 0.0 }', """fix = "pinned"
+displacement = 0.01
+where = { x = 0.0 }"""))
+    with pytest.raises(InputError, match="support 0: displacements can be prescribed in statics"):
+        run_model(model, output=tmp_path / "a.h5")
+    assert not list(tmp_path.glob("*.h5"))
+    with pytest.raises(InputError, match="settings are of a motion, the model has a static step"):
+        run_model(made("", TWO_STEPS), settings=Settings(1e-3, 2e-3))
+
+
+@pytest.mark.parametrize("option", ["--dt=1e-3", "--end-time=1", "--rho-inf=0.9", "--stresses",
+                                    "--newton=full", "--solver=skyline"])
+def test_options_of_a_motion_beside_a_static_step(tmp_path, option):
+    """Are refused, also those that are given their defaults, before anything is computed."""
+    path, output = tmp_path / "shell.toml", tmp_path / "a.h5"
+    path.write_text(TWO_STEPS)
+    with pytest.raises(InputError, match=rf"^{option.partition('=')[0]} is of a motion, .*shell"):
+        cli.main(["run", str(path), option, "--output", str(output)], standalone_mode=False)
+    assert not output.exists()

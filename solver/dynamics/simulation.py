@@ -80,17 +80,27 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         ResultFileError: ``output`` exists, is damaged, foreign, or from other parameters.
         StepError: a step did not converge; ``output`` keeps everything up to its last checkpoint.
     """
-    for k, support in enumerate(model.supports):
-        if support.displacement != 0.0:
-            raise InputError(f"support {k}: displacements can be prescribed in statics only")
     output = output_path(output, overwrite, resume)
-    probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
+    probes = check_run(model, settings, probes)
     start = None if start is None else _start(model, start)
-    _check_memory(model, settings, probed(probes))
-    _check_impulses(model, settings)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
                          start)
+
+
+def check_run(model, settings, probes):
+    """``probes`` by their nodes, of a run that can begin.
+
+    Raises:
+        InputError: as of ``simulate``, for these arguments.
+    """
+    for k, support in enumerate(model.supports):
+        if support.displacement != 0.0:
+            raise InputError(f"support {k}: displacements can be prescribed in statics only")
+    probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
+    _check_memory(model, settings, probed(probes))
+    _check_impulses(model, settings)
+    return probes
 
 
 def _start(model, start):

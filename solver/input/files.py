@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from ..checks import shown
 from ..errors import InputError
+from ..signatures import File, checked
 from .model_file import ModelFile, keys
 
 EMPTY = '""'
@@ -48,8 +49,15 @@ def find_model(model):
                      f"{', '.join(sorted(names))}")
 
 
-def read_model(path):
-    """The ``ModelFile`` at ``path``.
+@checked
+def read_model(path: File):
+    """The ``ModelFile`` at ``path``, which ``run_model`` runs.
+
+    Args:
+        path: of a model file (TOML).
+
+    Returns:
+        ``ModelFile``; its ``model(elements)`` is a ``Model``.
 
     Raises:
         InputError: it cannot be read, or has errors: all of them, each with its path in the file.

@@ -128,6 +128,15 @@ def find_folds(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
                  float(angles[smooth].max()) if np.any(smooth) else None)
 
 
+def fold_edges(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
+    """(n, 2) nodes at the ends of the edges that ``find_folds`` calls folded."""
+    pairs = _pairs(quads)
+    smooth, _ = _decided(pairs, _all_normals(nodes, quads), fold_angle, patches)
+    folded = np.flatnonzero(~smooth | pairs.same_way)
+    _, first = np.unique(pairs.edge[folded], return_index=True)
+    return quads.ravel()[pairs.one[folded[first]]]
+
+
 def orient(nodes, quads):
     """``quads`` with those turned that run against the first one of their part.
 

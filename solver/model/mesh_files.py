@@ -14,6 +14,7 @@ import numpy as np
 from ..checks import floats
 from ..errors import InputError
 from . import abaqus
+from .bounded import bounded
 from .mesh import coincident, edge_keys, element_edges, few_enough
 
 READ = (".msh", ".inp", ".bdf", ".nas", ".fem", ".vtu", ".vtk", ".xdmf", ".med", ".mesh", ".stl",
@@ -106,13 +107,21 @@ def _contained(path):
         with _quiet() as said:
             if suffix in (".bdf", ".fem", ".nas"):
                 return meshio.read(io.StringIO(_bulk(path.read_text(errors="replace"))), "nastran")
-            return meshio.read(path)
+            with bounded(_binary(), path.stat().st_size):
+                return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio raises everything, and exits
         reason = (getattr(error, "strerror", None) or str(error)) if not isinstance(
             error, SystemExit) else said.getvalue().strip().partition("\n")[0]
         reason = " ".join((reason or type(error).__name__).split())[:150].rstrip(".")
         remedy = f"; {REMEDIES[suffix]}" if suffix in REMEDIES and path.is_file() else ""
         raise InputError(f"{path} cannot be read: {reason}{remedy}") from None
+
+
+def _binary():
+    """Modules of meshio that make arrays by counts in files."""
+    from meshio.gmsh import _gmsh22, _gmsh40, _gmsh41, common
+    from meshio.vtk import _vtk_42, _vtk_51
+    return _gmsh22, _gmsh40, _gmsh41, common, _vtk_42, _vtk_51
 
 
 @contextlib.contextmanager

@@ -5,6 +5,7 @@ SI units throughout.
 """
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -134,6 +135,17 @@ class Model:
         values = (mesh.per_element(value) if isinstance(value, Mapping) else value
                   for value in (thickness, youngs, poisson, density))
         return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
+
+    def under(self, loads):
+        """The same model under other loads, with the directors and element constants of this one.
+
+        Raises:
+            InputError: as of ``Model``, for its loads.
+        """
+        made = copy(self)
+        _set(made, loads=_items("loads", loads, LOADS), elements=self.elements)
+        made._check_loads()
+        return made
 
     def __setstate__(self, state):
         """Arrays come writable out of a pickle: read-only again, which is also the type for which

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
         ResultFileWarning,
         StepError,
     )
+    from .solver.input.files import read_model
+    from .solver.input.running import ModelRun, run_model
     from .solver.model.directors import orient
     from .solver.model.generators import block, cylinder, sphere, sphere_segment
     from .solver.model.histories import (
@@ -64,6 +66,8 @@ _WHERE = {
     "dynamics.simulation": ("simulate",),
     "errors": ("AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
                "ResultFileWarning", "StepError"),
+    "input.files": ("read_model",),
+    "input.running": ("ModelRun", "run_model"),
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
@@ -84,13 +88,13 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 
 __all__ = [
     "AccuracyWarning", "Configuration", "Drift", "Expression", "Gravity", "Harmonic",
-    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "Newton", "NodalLoad",
-    "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
-    "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses", "Support",
-    "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
-    "line_load", "line_moment", "load_control", "orient", "read", "read_time_function",
-    "rigid_velocity", "simulate", "solve_linear", "sphere", "sphere_segment", "stresses",
-    "surface_load", "total_energy", "warm_up",
+    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Newton",
+    "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning",
+    "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses",
+    "Support", "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
+    "line_load", "line_moment", "load_control", "orient", "read", "read_model",
+    "read_time_function", "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere",
+    "sphere_segment", "stresses", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

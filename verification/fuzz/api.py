@@ -23,6 +23,7 @@ from corovec import (
     solve_linear,
 )
 from corovec.benchmarks import load_case
+from corovec.solver.input.reference import START
 from corovec.solver.model import mesh
 from corovec.solver.model.histories import FunctionOfTime
 from corovec.verification.models import MATERIAL, rectangle
@@ -51,7 +52,7 @@ def table(folder):
     NAMED.write(folder / "plate.inp", overwrite=True)
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
-    files = {"output": None, "overwrite": False, "resume": False, "progress": None}
+    files = {"output": None, "overwrite": False, "resume": False}
     return {
         Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL,
                  "loads": [NodalLoad(2, UP)], "supports": [CLAMP], "normals": PLATE.normals,
@@ -79,19 +80,22 @@ def table(folder):
         corovec.surface_load: {"nodes": PLATE.nodes, "quads": PLATE.quads, "force": UP,
                                 "history": PUSH},
         corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
-        simulate: {"model": PLATE, "settings": RUN, **files, "case": None, "probes": {"tip": 2},
-                    "start": None},
-        corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files,
+        simulate: {"model": PLATE, "settings": RUN, **files, "progress": None, "case": None,
+                    "probes": {"tip": 2}, "start": None},
+        corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files, "progress": None,
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
                               "settings": StaticSettings(), "max_steps": 5, "wanted": 5,
-                              **{name: files[name] for name in ("output", "overwrite", "resume")}},
+                              **files},
         solve_linear: {"model": held, "solver": "skyline"},
         corovec.stresses: {"model": PLATE, "axes": UP[::-1], "state": corovec.Configuration(
             np.zeros((6, 3)), PLATE.normals)},
         corovec.total_energy: {"history": history},
         corovec.drift: {"history": history, "unloaded_at": 0.0, "supported": False},
         corovec.read: {"path": path},
+        corovec.read_model: {"path": START},
+        corovec.run_model: {"definition": load_case("l-plate"), "elements": 30, "settings": RUN,
+                            "progress": None, "membrane": "stress", **files},
         Mesh: {"nodes": PLATE.nodes, "quads": PLATE.quads, "groups": {"all": [0, 1]},
                "node_sets": {"start": [0, 3]}, "lines": {"start": [(0, 3)]}, "normals": None},
         NAMED.write: {"path": folder / "plate.msh", "overwrite": True},

@@ -1,7 +1,7 @@
 """All targets by their names."""
 
-from . import api, commands, files, kills, models, physics
+from . import api, commands, files, kills, models, physics, shells
 
 TARGETS = {target.name: target for target in (
-    api.TARGET, commands.TARGET, models.TARGET, files.DAMAGE, files.EDITS, kills.TARGET,
-    physics.DYNAMICS, physics.STATICS)}
+    api.TARGET, commands.TARGET, models.TARGET, shells.TARGET, files.DAMAGE, files.EDITS,
+    kills.TARGET, physics.DYNAMICS, physics.STATICS)}

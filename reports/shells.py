@@ -1,0 +1,384 @@
+"""Figures of the undeformed shell: its mesh with loads, and all that a model file makes of it."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.colors import ListedColormap, Normalize, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.offsetbox import AnchoredOffsetbox, DrawingArea, HPacker, TextArea, VPacker
+from matplotlib.patches import Rectangle
+from scipy.spatial import cKDTree
+
+from corovec.solver.checks import shown
+from corovec.solver.errors import InputError
+from corovec.solver.input.model_file import ModelFile
+from corovec.solver.model.directors import fold_edges
+from corovec.solver.model.loads import COMPONENTS
+from corovec.solver.model.model import Model
+from corovec.solver.names import mathtext
+from corovec.solver.signatures import checked
+
+from . import arrows
+from .arrows import LONGEST
+from .space import Angles, Space, View, best_view, bounds, hidden
+from .style import BLACK, BLUE, CURVES, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, styled
+
+ROW, WORDS = 0.19, {"size": 7.0}
+"""Height of a row of the key [inches], and its letters."""
+
+PLAIN = "0.92"
+"""Colour of elements."""
+
+TINTS = (SKY, GREEN, "#F0E442", PURPLE, VERMILLION, "0.45", BLUE, ORANGE)
+"""Colours of groups of elements, paler."""
+
+PALE = 0.6
+"""How much white is in them."""
+
+NORMALS, SHORT = 10, 0.07
+"""Most normals that are drawn, and their length relative to the size of the mesh."""
+
+LONGEST_NAME = 26
+"""Letters of a name that leave room for the picture."""
+
+MOST_MARKS = 150
+"""Held nodes of a kind that are marked, at most."""
+
+MARKS = {COMPONENTS: "s", COMPONENTS[:3]: "^"}
+"""Markers of nodes that are clamped and pinned; others have ``OTHERS`` in turn."""
+
+OTHERS = "Dv<>Pph8"
+
+HELD = {COMPONENTS: "clamped", COMPONENTS[:3]: "pinned"}
+
+
+class Marks(NamedTuple):
+    """Held nodes of a kind: which components, as words, and a marker."""
+
+    nodes: np.ndarray
+    held: str
+    marker: str
+
+
+def _shell(name, model):
+    """Anything with nodes and quads."""
+    if isinstance(model, type) or not (hasattr(model, "nodes") and hasattr(model, "quads")):
+        raise InputError(f"{name} must be a Model or a Recording, is {shown(model)}")
+    return model
+
+
+@checked
+@styled
+def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, view: Angles = None):
+    """The undeformed mesh with its loads at their largest, and their functions of time.
+
+    Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; forces, forces per
+    length and others have each a scale, told by an arrow of round size.  What lies behind the shell
+    is hollow and dashed.
+
+    Args:
+        model: ``Model``, or anything else with ``nodes`` and ``quads``.
+        case: ``Case`` of the model, for the names of its loads and points; line
+            loads are then forces per length [N/m], the same at all nodes of the line.
+        view: (elevation, azimuth) [degrees]; default: where most is seen.
+
+    Returns:
+        (Figure, DataFrame): rows ``item`` = element (its corners x, y, z), load (x, y, z of its
+        node, the drawn force fx, fy, fz and its unit), point, or function (``time``, ``value``).
+    """
+    drawn = arrows.of_model(model) if case is None else arrows.of_case(model, case)
+    scene = _Scene(model, drawn, _points(case), view, bool(drawn))
+    scene.space.elements(model.nodes[model.quads][None], facecolor=PLAIN, edge="0.4", line=0.4)
+    scene.arrows()
+    for marks in _held(model):
+        scene.marks(marks._replace(marker="s"))
+    scene.functions()
+    scene.key(scene.scale_rows() + scene.hollow_row())
+    scene.names()
+    return scene.figure, scene.table()
+
+
+@checked
+@styled
+def whole_model(model: Model, case: ModelFile, view: Angles = None):
+    """All that a model file makes of a mesh: what ``corovec check`` draws.
+
+    Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, what each
+    support holds, prescribed displacements, and the velocity and spin at the start.  Of many arrows
+    a few are drawn, spread over what they act on.
+
+    Args:
+        model: ``Model`` of the case.
+        case: ``ModelFile``.
+        view: (elevation, azimuth) [degrees]; default: where most is seen.
+
+    Returns:
+        (Figure, DataFrame): rows as of ``mesh_and_loads``, and ``item`` = group (its ``name`` and
+        element), normal (x, y, z and nx, ny, nz), fold (x, y, z of either end), support (its node
+        and the components held).
+    """
+    mesh, corners = case.mesh(len(model.quads)), model.nodes[model.quads]
+    drawn = arrows.thinned((*arrows.of_case(model, case), *arrows.of_motion(model, case),
+                            *arrows.of_supports(model)), LONGEST * model.size)
+    number, groups = _groups(mesh)
+    colours = _tints(groups)
+    folds = fold_edges(model.nodes, model.quads, model.fold_angle, model.patches)
+    at, normals = _normals(corners, arrows.on_surfaces(drawn))
+    held = _held(model)
+    scene = _Scene(model, drawn, _points(case), view, True,
+                   np.stack([at, at + normals * SHORT * model.size], axis=1),
+                   1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + len(held))
+    scene.space.elements(corners[None], edge="0.4", line=0.4, array=number[None],
+                         cmap=ListedColormap(colours), norm=Normalize(-0.5, len(colours) - 0.5))
+    scene.folds(folds)
+    scene.normals(at, normals)
+    scene.arrows()
+    for marks in held:
+        scene.marks(marks)
+    scene.functions()
+    rows = [_row(_patch(colour), shortened(name)) for name, colour in zip(groups, colours)]
+    scene.key(scene.scale_rows() + (rows if len(groups) > 1 else []) + [
+        _row(_line("0.35", 0.8, ">"), "normal of the elements"),
+        *([_row(_line(BLACK, 1.6), "fold")] if len(folds) else []),
+        *(_row(_line(GREEN, 0.0, marks.marker), f"held: {marks.held}") for marks in held)
+    ] + scene.hollow_row())
+    scene.names()
+    return scene.figure, pd.concat([scene.table(), *_more(model, mesh, folds, at, normals, held)],
+                                   ignore_index=True)
+
+
+class _Scene:
+    """A model in space on the left; functions of time and a key on the right.
+
+    Attributes:
+        figure, space: what is drawn on.
+        covered: whether anything lies behind the shell.
+    """
+
+    def __init__(self, model, drawn, points, view, beside, further=(), rows=0):
+        self.model, self.drawn, self.points = model, drawn, points
+        self._corners = model.nodes[model.quads]
+        self._varying = [one for one in drawn if one.function and one.history.settled > 0.0]
+        view = best_view(self._corners) if view is None else View(*view)
+        self.scales = arrows.scales(model, drawn)
+        self.ends = [arrows.ends(model, one, self.scales, view.eye) for one in drawn]
+        self.covered = False
+        box = bounds(model.nodes, *self.ends, further)
+        key = 0.3 + ROW * (len(self.scales) + rows)
+        above = 1.7 if self._varying or not rows else 0.01
+        height = max(0.5 + 0.72 * WIDTH * view.aspect(box), above + 0.2 + key)
+        spare = max(0.01, 0.5 * (height - above - 0.2 - key))
+        self.figure = Figure(figsize=(WIDTH, height), layout="constrained")
+        self._grid = self.figure.add_gridspec(
+            4, 1 + beside, width_ratios=(3.4, 1.0)[:1 + beside],
+            height_ratios=(spare, above, key, spare))
+        self.space = Space(self.figure.add_subplot(self._grid[:, 0]), view, box)
+
+    def _hidden(self, points):
+        """Whether points are behind the shell."""
+        found = hidden(self.space.view, points, self._corners)
+        self.covered |= bool(np.any(found))
+        return found
+
+    def arrows(self):
+        """The arrows of all that acts, and the points."""
+        for one, ends in zip(self.drawn, self.ends):
+            covered = np.reshape(self._hidden(arrows.middles(ends)), (-1, arrows.PARTS))
+            for (tail, tip), parts in zip(ends, covered):
+                self.space.arrow(tail, tip, parts, one.look.colour, one.look.heads)
+        places = list(self.points.values())
+        for point, covered in zip(places, self._hidden(places)):
+            self.space.dot(point, BLUE, covered)
+
+    def normals(self, at, normals):
+        """Normals at points."""
+        tips = at + normals * SHORT * self.model.size
+        for tail, tip, covered in zip(at, tips, self._hidden(tips)):
+            self.space.arrow(tail, tip, (covered,), "0.35", linewidth=0.7, mutation_scale=5.0)
+
+    def folds(self, edges):
+        """Edges between plates."""
+        places = self.model.nodes[edges]
+        covered = self._hidden(places.mean(axis=1))
+        for ends, behind in zip(places, covered):
+            self.space.axes.plot(*self.space.view(ends).T, color="0.5" if behind else BLACK,
+                                 linewidth=0.7 if behind else 1.6, zorder=3, clip_on=False,
+                                 linestyle=(0, (2, 1.5)) if behind else "-")
+
+    def marks(self, marks):
+        """Held nodes."""
+        places = self.model.nodes[marks.nodes]
+        places = places[arrows.spread(places, MOST_MARKS)]
+        for point, covered in zip(places, hidden(self.space.view, places, self._corners)):
+            self.space.dot(point, GREEN, covered, size=3.0, marker=marks.marker)
+
+    def functions(self):
+        """The functions of time, if loads have any."""
+        if not self._varying:
+            return
+        axes = self.figure.add_subplot(self._grid[1, 1])
+        functions = {one.function: one.history for one in self._varying}
+        labels = list(dict.fromkeys(one.label for one in self._varying))
+        units = dict.fromkeys(label[label.rindex("["):] for label in labels)
+        for (name, history), (colour, dashes) in zip(functions.items(), CURVES):
+            axes.plot(*history.curve(), color=colour, linestyle=dashes,
+                      label=f"{mathtext(shortened(name))}(t)")
+        if len(functions) > len(CURVES):
+            axes.plot([], [], " ", label=f"{len(functions) - len(CURVES)} others")
+        axes.set(xlabel="time [s]", ylabel=", ".join(map(mathtext, (
+            labels if len("".join(labels)) <= LONGEST_NAME else units))))
+        if len(functions) > 1:
+            axes.legend()
+
+    def scale_rows(self):
+        """An arrow of round size for each unit, as long as it is in space square to the eye."""
+        rows = [TextArea("at the largest, to scale:", textprops=WORDS)] if self.scales else []
+        for unit, scale in self.scales.items():
+            longest = arrows.LOOKS[arrows.SIZES[unit]].reach * LONGEST * self.model.size
+            size = arrows.rounded(longest / scale)
+            rows.append(_row(arrows.sample(self.space, unit, size * scale),
+                             f"{arrows.SIZES[unit]} {size:g} {unit.replace('^2', '²')}"))
+        return rows
+
+    def hollow_row(self):
+        """What hollow means, if anything lies behind the shell."""
+        return [TextArea("hollow, dashed: behind the shell", textprops=WORDS)] * self.covered
+
+    def key(self, rows):
+        """Rows that tell what is what."""
+        if not rows:
+            return
+        axes = self.figure.add_subplot(self._grid[2, 1])
+        axes.axis("off")
+        axes.add_artist(AnchoredOffsetbox("upper center", child=VPacker(
+            children=rows, pad=0.0, sep=3.0, align="left"), frameon=False, pad=0.0, borderpad=0.0,
+            bbox_to_anchor=(0.5, 1.0), bbox_transform=axes.transAxes))
+
+    def names(self):
+        """The names of what acts and of points, clear of all else."""
+        named = [*arrows.names(self.space, self.drawn, self.ends), *(
+            (point, name, (1.0, -1.0), {"color": BLUE, "weight": "bold"})
+            for name, point in self.points.items())]
+        self.space.names(
+            [(point, shortened(name), *rest) for point, name, *rest in named],
+            [(self.model.nodes, 0.5), *((arrows.middles(ends), 10.0) for ends in self.ends),
+             *((point, 200.0) for point in self.points.values())])
+
+    def table(self):
+        """The table of ``mesh_and_loads``."""
+        x, y, z = self.model.nodes[self.model.quads.ravel()].T
+        parts = [pd.DataFrame({"item": "element", "x": x, "y": y, "z": z,
+                               "name": np.repeat(np.arange(len(self.model.quads)), 4)})]
+        for one in self.drawn:
+            parts.append(_rows("load", one.name, one.at, **dict(zip(("fx", "fy", "fz"),
+                                                                   one.vectors.T)),
+                               unit=one.unit, function=one.function))
+        for name, point in self.points.items():
+            parts.append(_rows("point", name, [point]))
+        for one in {one.function: one for one in self._varying}.values():
+            parts.append(pd.DataFrame({"item": "function", "name": one.function, **dict(zip(
+                ("time", "value"), one.history.curve()))}))
+        return pd.concat(parts, ignore_index=True)
+
+
+def _points(case):
+    """``{name: place}`` of the points of a model file."""
+    return {name: point.value for name, point in case.points.items()} if case else {}
+
+
+def _rows(item, name, at, **more):
+    """Rows of a table with places (n, 3)."""
+    return pd.DataFrame({"item": item, "name": name, **dict(zip("xyz", np.transpose(at))), **more})
+
+
+def _more(model, mesh, folds, at, normals, held):
+    """The rows of ``whole_model`` that are not in ``mesh_and_loads``."""
+    for name, elements in mesh.groups.items():
+        yield _rows("group", name, mesh.nodes[mesh.quads[elements]].mean(axis=1), element=elements)
+    yield _rows("normal", "", at, **dict(zip(("nx", "ny", "nz"), normals.T)))
+    if len(folds):
+        yield _rows("fold", np.repeat(np.arange(len(folds)), 2), model.nodes[folds.ravel()])
+    for marks in held:
+        yield _rows("support", marks.held, model.nodes[marks.nodes])
+
+
+def _groups(mesh):
+    """(n_elem,) which colour an element has, and the names of these: of its group, or of all groups
+    that it is in."""
+    inside = np.array([np.isin(np.arange(len(mesh.quads)), members)
+                       for members in mesh.groups.values()], dtype=bool).reshape(
+                           len(mesh.groups), len(mesh.quads))
+    kinds, number = np.unique(inside.T, axis=0, return_inverse=True)
+    names = [" and ".join(np.array(list(mesh.groups), dtype=object)[kind]) or "in no group"
+             for kind in kinds]
+    order = sorted(range(len(names)), key=lambda k: (-kinds[k].sum() == 0, *~kinds[k]))
+    if len(order) > len(TINTS):
+        names = [*(names[k] for k in order[:len(TINTS) - 1]), "in other groups"]
+    else:
+        names = [names[k] for k in order]
+    rank = np.minimum(np.argsort(order), len(names) - 1)
+    return rank[number.ravel()], names
+
+
+def _tints(groups):
+    """A colour for each name of ``_groups``."""
+    if len(groups) == 1:
+        return [PLAIN]
+    tints = [PALE + (1.0 - PALE) * np.array(to_rgb(colour)) for colour in TINTS[:len(groups)]]
+    return [PLAIN if name == "in no group" else colour for name, colour in zip(groups, tints)]
+
+
+def _normals(corners, taken):
+    """(n, 3) centres of some elements that are spread over the shell, over its directions, and away
+    from what is ``taken``, and their normals."""
+    centres, normals = arrows.middle(corners)
+    size = np.ptp(centres, axis=0).max() or 1.0
+    near = cKDTree(centres).query(taken)[1] if len(taken) else []
+    places = np.hstack([centres / size, 0.5 * normals])
+    some = arrows.spread(places, NORMALS, places[near])
+    return centres[some], normals[some]
+
+
+def _held(model):
+    """``Marks`` of the nodes that supports hold, by the components held."""
+    if not getattr(model, "supports", ()):
+        return []
+    kinds, number = np.unique(model.fixed, axis=0, return_inverse=True)
+    others, found = iter(OTHERS * len(kinds)), []
+    for k, kind in reversed(list(enumerate(kinds))):
+        held = tuple(np.array(COMPONENTS)[kind].tolist())
+        if held:
+            found.append(Marks(np.flatnonzero(number.ravel() == k),
+                               HELD.get(held) or ", ".join(held), MARKS.get(held) or next(others)))
+    return found
+
+
+def shortened(name):
+    """A name with its middle left out if it is too long."""
+    half = LONGEST_NAME // 2
+    return name if len(name) <= LONGEST_NAME else f"{name[:half - 1]}…{name[-half:]}"
+
+
+def _row(picture, words):
+    """A row of the key."""
+    return HPacker(children=[picture, TextArea(words, textprops=WORDS)], pad=0.0, sep=4.0,
+                   align="center")
+
+
+def _patch(colour):
+    area = DrawingArea(14.0, 7.0)
+    area.add_artist(Rectangle((0.0, 0.0), 14.0, 7.0, facecolor=colour, edgecolor="0.4",
+                              linewidth=0.4))
+    return area
+
+
+def _line(colour, width, marker=""):
+    """A line, a marker, or a line that ends in a marker."""
+    area = DrawingArea(14.0, 7.0)
+    if width:
+        area.add_artist(Line2D((0.0, 14.0), (3.5, 3.5), color=colour, linewidth=width))
+    area.add_artist(Line2D((12.0 if width else 7.0,), (3.5,), color=colour, linestyle="",
+                           marker=marker, markersize=4.0 if width else 3.5))
+    return area
