@@ -21,12 +21,12 @@ def works_of_step(model, start, increment, geometric=True):
         list of float: a work a correction [J].
     """
     begin = Equilibrium(model, StaticSettings())
-    for last, factor in ((0.0, 0.5 * start), (0.5 * start, start)):
-        begin.equilibrate(last, factor)
+    for factor in (0.5 * start, start):
+        begin.equilibrate(factor)
     step = Equilibrium(model, EXACT, geometric)
     step.state.unpack(begin.state.pack())
     try:
-        step.equilibrate(start, start + increment)
+        step.equilibrate(start + increment)
     except NotConverged:
         pass
     return step.works

@@ -394,13 +394,20 @@ def test_both_steps_are_of_one_model(made):
     assert steps.dynamic.loads == (Gravity((0.0, 0.0, -9.81)),)
 
 
-def test_what_a_motion_cannot_have_is_told_before_the_static_step(made, tmp_path):
-    model = made(MOTION, TWO_STEPS.replace('fix = "clamped"\nwhere = { x = 0.0 }', """fix = "pinned"
+def test_a_motion_holds_what_the_static_step_pushed(made):
+    """And goes on from there by the support's function of time."""
+    pushed = TWO_STEPS.replace("[[loads]]", """[[supports]]
+fix = ["z"]
 displacement = 0.01
-where = { x = 0.0 }"""))
-    with pytest.raises(InputError, match="support 0: displacements can be prescribed in statics"):
-        run_model(model, output=tmp_path / "a.h5")
-    assert not list(tmp_path.glob("*.h5"))
+where = { x = 2.0 }
+[[loads]]""", 1)
+    static, dynamic = run_model(made(MOTION, pushed))
+    for u in (static.displacement[-1, 14], *dynamic.history["tip_u"]):
+        assert u[2] == pytest.approx(0.01, rel=1e-12)
+    assert dynamic.history["kinetic_energy"][-1] > 0.0
+
+
+def test_settings_are_of_a_motion(made):
     with pytest.raises(InputError, match="settings are of a motion, the model has a static step"):
         run_model(made("", TWO_STEPS), settings=Settings(1e-3, 2e-3))
 

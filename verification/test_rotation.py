@@ -22,7 +22,7 @@ from corovec.verification.models import rectangle, spinning
 NONE = np.zeros((3, 3))
 GLOBAL, FOLLOWING = False, True
 
-AS_IT_IS = Factors(0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0)
+AS_IT_IS = Factors(0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.5, 0.5, 0.0)
 """Rates and second rates of a state, without an increment."""
 
 component = st.floats(-1.0, 1.0, allow_subnormal=False)

@@ -71,7 +71,8 @@ def review(scheme, history, roundoff):
     Raises:
         StepError: energy is rounding error alone.
     """
-    energy, work = total_energy(history), history["external_work"]
+    energy = total_energy(history)
+    work = history["external_work"] + history["support_work"] - history["dissipated"]
     gained = energy - energy[0] - work
     wrong = gained if scheme.rho_inf < 1.0 else np.abs(gained)  # some is to be lost with less
     worst, peak = int(np.argmax(wrong)), max(energy.max(), np.abs(work).max())

@@ -43,7 +43,7 @@ class KeptMatrix:
         self._turning = Turning(corner, held, *np.zeros((4, n_nodes, 3, 3)))
         self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass
-        self._free = not fixed.any()
+        self._free = system.floating
         self._turned = np.zeros(numbering.n_dof)
         self._keep, self._carry = Call(transport.keep), Call(transport.carry)
         self._turn_back, self._turn_on = Call(transport.turn_back), Call(transport.turn_on)

@@ -97,6 +97,7 @@ class Problem(NamedTuple):
         dt: its length [s].
         loads: ``Applied`` at the generalized midpoint.
         averaged: whether T is the average of both ends.
+        driven: (n_dof,) increment of what supports move, None where they do not.
     """
 
     state: State
@@ -105,6 +106,7 @@ class Problem(NamedTuple):
     dt: float
     loads: Applied
     averaged: bool
+    driven: np.ndarray | None
 
 
 class Iteration:
@@ -147,7 +149,11 @@ class Iteration:
         observed = problem.place.observed
         floor = system.roundoff_work(observed.kinetic)
         velocity = system.mean_velocity(observed) if at_rest else problem.state.velocity
-        correction = delta = problem.dt * velocity
+        delta = problem.dt * velocity
+        correction = delta.copy()
+        if problem.driven is not None:
+            held = system.dofs.fixed
+            delta[held], correction[held] = problem.driven[held], 0.0
         first = last = 0.0
         made = -1
         for k in range(0 if at_rest else 1, rule.max_iterations + 1):

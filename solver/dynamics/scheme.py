@@ -72,6 +72,7 @@ class Scheme:
         weight, inertia = 1.0 - self.alpha_f, 1.0 - self.alpha_m
         gamma, beta = self.gamma, self.beta
         return Factors(
+            strain_end=weight, strain_start=self.alpha_f, mass=inertia / (beta * dt**2),
             alpha_f=self.alpha_f, stiffness=weight,
             delta=inertia / (beta * dt**2), velocity=inertia / (beta * dt),
             acceleration=(1.0 - 2.0 * beta - self.alpha_m) / (2.0 * beta),

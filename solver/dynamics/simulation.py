@@ -20,6 +20,7 @@ from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
 from ..system.failure import told
+from ..system.loads import at_time
 from ..system.reactions import no_reactions
 from ..system.system import System
 from .balance import Halvings, review
@@ -94,9 +95,6 @@ def check_run(model, settings, probes):
     Raises:
         InputError: as of ``simulate``, for these arguments.
     """
-    for k, support in enumerate(model.supports):
-        if support.displacement != 0.0:
-            raise InputError(f"support {k}: displacements can be prescribed in statics only")
     probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
     _check_memory(model, settings, probed(probes))
     _check_impulses(model, settings)
@@ -154,7 +152,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     review(settings.scheme, run.history, system.roundoff_work(0.0))
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
-                  run.place.start.p_dot, model.unloaded_at, bool(model.supports),
+                  run.place.start.p_dot, model.unloaded_at, model.grounded,
                   system.solver.name, seconds, settings)
 
 
@@ -174,6 +172,8 @@ class _Run:
         self._start = start and (start.displacement, start.directors, start.velocity,
                                  start.director_rates)
         self.state = system.initial_state(start)
+        system.driven.check(self.state, at_time(0.0))
+        system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
         self.place = system.observe(self.state)
         self.history = np.zeros(settings.n_steps + 1, dtype=probed(probes))
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
@@ -212,7 +212,8 @@ class _Run:
         """The history row of a step."""
         row = self.history[step]
         row["time"] = step * self._settings.dt
-        row["external_work"] = self.state.external_work
+        for name in ("external_work", "support_work", "dissipated"):
+            row[name] = getattr(self.state, name)
         for name, value in self.place.observed._asdict().items():
             row[OBSERVED.get(name, name)] = value
         for name in RECORDED:

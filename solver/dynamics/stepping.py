@@ -2,6 +2,7 @@
 
 from ..errors import StepError
 from ..system.failure import NotConverged
+from ..system.loads import Iterate, at_time
 from ..system.reactions import no_reactions
 from ..system.state import blank_state
 from . import balance
@@ -49,9 +50,13 @@ class Stepper:
         scheme = self._scheme
         loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt)
         if dt not in self._factors:
-            self._factors[dt] = scheme.midpoint(dt), scheme.end(dt)
+            midpoint = scheme.midpoint(dt)
+            if self.system.damping:
+                midpoint = self.system.damping.damped(midpoint, dt)
+            self._factors[dt] = midpoint, scheme.end(dt)
         problem = Problem(state, place, self._factors[dt][0], dt, loads,
-                          scheme.transformation == "average")
+                          scheme.transformation == "average",
+                          self.system.driven.increment(state, at_time(time + dt)))
         try:
             self._accept(problem, time, self._solve(problem, record), record)
         except NotConverged as failure:
@@ -85,16 +90,31 @@ class Stepper:
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         work = self._work(problem, time, delta)
-        reactions = self._reactions(problem, delta) if system.dofs.any_fixed else None
-        before = place.observed
+        reactions, driven, braked = None, 0.0, 0.0
+        if system.dofs.any_fixed:
+            reactions = self._reactions(problem, delta)
+            driven = system.work_of_supports(delta)
+        if system.damping:
+            braked = system.damping.braked(Iterate(state, problem.step, delta))
+        before, lost = place.observed, 0.0
+        strains = system.damping and system.damping.strains(place.start)
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
             switches = system.coordinates.renew(state, dt)
             system.observe(state, place)
+            if system.driven.moving:
+                driven -= place.observed.energy
+                system.driven.set_rates(state, at_time, time + dt, dt)
+                system.observe(state, place)
+                driven += place.observed.energy
+            if system.damping:
+                lost = braked + system.damping.lost(problem.step, strains, place.start)
             state.external_work += work
+            state.support_work += driven
+            state.dissipated += lost
             balance.settle(self._scheme, state, time + dt, before.energy, place.observed.energy,
-                           work, system.roundoff_work(before.kinetic))
+                           work + driven - lost, system.roundoff_work(before.kinetic))
         except NotConverged:
             state.take(self._before)
             system.observe(state, place)
@@ -120,5 +140,4 @@ class Stepper:
             if not system.all_dead:
                 system.assemble(problem.state, problem.place, problem.step, delta, loads,
                                 averaged=problem.averaged, tangent=False)
-        applied = loads.dead.forces if system.all_dead else system.residual.applied
-        return float(applied @ delta)
+        return float(system.applied(loads) @ delta)

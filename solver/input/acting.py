@@ -261,7 +261,8 @@ class Held(Strict):
         line: the mesh line between two points [m].
         nodes: a set of nodes or a line of the mesh, by name.
         where: nodes by their coordinates, as ``{ x = 0.0 }``.
-        displacement: prescribed to the displacement components, in statics only [m].
+        displacement: prescribed to the displacement components; a motion starts where the static
+            step left it, or at zero [m].
         history: name of the function of the load factor that it follows.
     """
 

@@ -28,7 +28,8 @@ class Elements(NamedTuple):
         Q: (n_s, 3, 3) their quadratic part in w [sqrt(J)/m^2].
         k_b: (11, 11) bending and shear stiffness on (w_2..w_4, dr_1..dr_4).
         mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
-        inertia: (n_elem,) h^2/12, the factor that turns ``mass`` into Eq. (40b) [m^2].
+        rotary: (n_elem, 4, 4) the same of the normals, rho h^3/12 int N_i N_j dA, Eq. (40b)
+            [kg m^2].
     """
 
     nodes: np.ndarray
@@ -39,7 +40,7 @@ class Elements(NamedTuple):
     Q: np.ndarray
     k_b: np.ndarray
     mass: np.ndarray
-    inertia: np.ndarray
+    rotary: np.ndarray
 
 
 class Nodes(NamedTuple):
@@ -129,6 +130,9 @@ class Factors(NamedTuple):
         rate_delta: factor of dU in U_dot [1/s].
         rate_velocity: factor of U_dot.
         rate_acceleration: factor of U_ddot [s].
+        strain_end: weight of the strains at the end, Eq. (70); with damping, that and what it adds.
+        strain_start: weight of those at the start; both sum to 1.
+        mass: factor of M in the matrix [1/s^2]: ``delta``, and what damping adds.
     """
 
     alpha_f: float
@@ -139,12 +143,17 @@ class Factors(NamedTuple):
     rate_delta: float
     rate_velocity: float
     rate_acceleration: float
+    strain_end: float
+    strain_start: float
+    mass: float
 
 
-STATIC = Factors(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+STATIC = Factors(alpha_f=0.0, stiffness=1.0, delta=0.0, velocity=0.0, acceleration=0.0,
+                 rate_delta=0.0, rate_velocity=0.0, rate_acceleration=0.0, strain_end=1.0,
+                 strain_start=0.0, mass=0.0)
 """Equilibrium at the end of the increment: no inertia, no averaging."""
 
-MASS_ONLY = Factors(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+MASS_ONLY = STATIC._replace(stiffness=0.0, delta=1.0, rate_velocity=-1.0, mass=1.0)
 """M U_ddot = F_ext - F_m - F_int, Eq. (55): unit mass, no stiffness, velocities as they are."""
 
 
@@ -174,10 +183,12 @@ class Loads(NamedTuple):
     Attributes:
         forces: (n_dof,) [N].
         moments: (n_nodes, 3) about fixed axes [N m].
+        on_normals: (n_directors, 3) forces of turning springs on the normals [N m].
     """
 
     forces: np.ndarray
     moments: np.ndarray
+    on_normals: np.ndarray
 
 
 class Predicted(NamedTuple):

@@ -116,30 +116,33 @@ def _move(y_0, dy, weight, y):
 
 
 @internal
-def average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e):
-    """Eq. (70): (t, b, e) at the end <- (1 - alpha_f) end + alpha_f start."""
+def average_strains(step, t_0, b_0, e_0, t, b, e):
+    """Eq. (70): (t, b, e) at the end <- (1 - alpha_f) end + alpha_f start; with damping eta [s],
+    the measures b and e have ``eta (end - start) / dt`` in addition."""
+    weight, alpha_f = 1.0 - step.alpha_f, step.alpha_f
+    end, start = step.strain_end, step.strain_start
     for k in range(3):
         for c in range(3):
             t[k, c] = weight * t[k, c] + alpha_f * t_0[k, c]
     for k in range(11):
-        b[k] = weight * b[k] + alpha_f * b_0[k]
+        b[k] = end * b[k] + start * b_0[k]
     for s in range(e.shape[0]):
-        e[s] = weight * e[s] + alpha_f * e_0[s]
+        e[s] = end * e[s] + start * e_0[s]
 
 
 @internal
-def inertial_forces(mass, inertia, a_x, a_p, f_x, f_p):
+def inertial_forces(mass, rotary, a_x, a_p, f_x, f_p):
     """``m_ij x_ddot_j``, ``(h^2/12) m_ij p_ddot_j``: M U_ddot + F_m before A1^T, Eqs. (37), (40)"""
     for i in range(4):
         for c in range(3):
             f_x[i, c] = (mass[i, 0] * a_x[0, c] + mass[i, 1] * a_x[1, c]
                          + mass[i, 2] * a_x[2, c] + mass[i, 3] * a_x[3, c])
-            f_p[i, c] = inertia[0] * (mass[i, 0] * a_p[0, c] + mass[i, 1] * a_p[1, c]
-                                      + mass[i, 2] * a_p[2, c] + mass[i, 3] * a_p[3, c])
+            f_p[i, c] = (rotary[i, 0] * a_p[0, c] + rotary[i, 1] * a_p[1, c]
+                         + rotary[i, 2] * a_p[2, c] + rotary[i, 3] * a_p[3, c])
 
 
 @internal
-def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
+def add_mass(stiffness_factor, mass_factor, mass, rotary, A, n_rot, ke):
     """``ke <- stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
     for i in range(4):
         for j in range(i + 1):
@@ -149,7 +152,7 @@ def add_mass(stiffness_factor, mass_factor, mass, inertia, A, n_rot, ke):
             m_ij = mass_factor * mass[i, j]
             for c in range(3):
                 ke[6 * i + c, 6 * j + c] += m_ij
-            m_ij *= inertia
+            m_ij = mass_factor * rotary[i, j]
             for r in range(n_rot[i]):
                 for k in range(n_rot[j]):
                     ke[6 * i + 3 + r, 6 * j + 3 + k] += m_ij * (
@@ -216,9 +219,12 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
     if lost != DONE:
         return lost
     work.force_x[:] = 0.0
-    work.force_p[:] = 0.0
     work.rate_p[:] = 0.0
-    work.ends_p[:] = 0.0
+    for d in range(work.force_p.shape[0]):
+        for c in range(3):
+            work.force_p[d, c] = -loads.on_normals[d, c]
+            work.ends_p[0, d, c] = -(1.0 - step.alpha_f) * loads.on_normals[d, c]
+            work.ends_p[1, d, c] = -step.alpha_f * loads.on_normals[d, c]
     if with_tangent:
         values[:] = 0.0
     add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
@@ -245,7 +251,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
     (t_, t_0), (b_, b_0), (e_, e_0) = pair((3, 3)), pair((11,)), pair((n_s,))
     (f_x_, f_x), (f_p_, f_p) = pair((4, 3)), pair((4, 3))
     (a_x_, a_x), (a_p_, a_p), (A_, A) = pair((4, 3)), pair((4, 3)), pair((4, 3, 3))
-    (mass_, mass), (inertia_, inertia), (ke_, ke) = pair((4, 4)), pair((1,)), pair((24, 24))
+    (mass_, mass), (rotary_, rotary), (ke_, ke) = pair((4, 4)), pair((4, 4)), pair((24, 24))
     t, b, e, R = new((3, 3)), new((11,)), new((n_s,)), new((3, 3))
     B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
     rotations, matrices = np.empty(4, np.int64), tangent_work()
@@ -260,7 +266,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         _gather_increments(dx, nodes, dy_)
         gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
         gather_rows(elements.mass.reshape(-1, 16), first, count, mass_.reshape(16, WIDTH))
-        gather_rows(elements.inertia.reshape(-1, 1), first, count, inertia_)
+        gather_rows(elements.rotary.reshape(-1, 16), first, count, rotary_.reshape(16, WIDTH))
 
         # 1. strains at the end of the step, Eqs. (8), (10), averaged with those at its start,
         #    Eq. (70), and local forces, Eq. (68)
@@ -269,7 +275,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         diagonals = element.frame(y, R)
         element.local_variables(R, y, p, y0, r0, t, b)
         element.membrane_strains(l, Q, t, e)
-        average_strains(weight, alpha_f, t_0, b_0, e_0, t, b, e)
+        average_strains(step, t_0, b_0, e_0, t, b, e)
         element.local_forces(l, Q, k_b, t, b, e, B, f, g)
 
         # 2. T^T f_int, Eq. (45b), with T the average of both ends
@@ -298,7 +304,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         # 4. M U_ddot + F_m before A_1^T, Eqs. (37), (43)
         gather_vertices(inertial_x, nodes, a_x_)
         gather_vertices(inertial_p, directors, a_p_)
-        inertial_forces(mass, inertia, a_x, a_p, f_x, f_p)
+        inertial_forces(mass, rotary, a_x, a_p, f_x, f_p)
         _add(1.0, f_x_, nodes, force_x)
         _add(1.0, f_p_, directors, rate_p)
 
@@ -316,7 +322,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 _couples(R, g, f_p)
                 _add(1.0, f_p_, directors, ends_p[0])
             tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, rotations, matrices, ke)
-            add_mass(step.stiffness, step.delta, mass, inertia[0], A, rotations, ke)
+            add_mass(step.stiffness * step.strain_end / weight, step.mass, mass, rotary, A,
+                     rotations, ke)
             for v in range(count):
                 scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 

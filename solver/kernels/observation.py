@@ -55,7 +55,7 @@ def _fill_strains(elements, motion, start):
 @internal
 def _momenta(elements, motion, velocity, start):
     """Kinetic energy, Eq. (22), linear momentum, Eq. (49), and angular momentum: with the
-    consistent mass, ``sum_ij m_ij (x_i x v_j + (h^2/12) p_i x p_dot_j)``, and with one sum over
+    consistent mass, ``sum_ij m_ij x_i x v_j + I_ij p_i x p_dot_j``, and with one sum over
     nodes, Eq. (50) as printed."""
     kinetic = 0.0
     linear, angular, printed = np.zeros(3), np.zeros(3), np.zeros(3)
@@ -67,31 +67,31 @@ def _momenta(elements, motion, velocity, start):
                 v[i, c], w[i, c] = velocity[node, c], start.p_dot[director, c]
                 X[i, c] = motion.x[node, c] + motion.x_low[node, c]
                 q[i, c] = start.p[director, c]
-        mass, inertia = elements.mass[el], elements.inertia[el]
+        mass, rotary = elements.mass[el], elements.rotary[el]
         for i in range(4):
-            px, py, pz, wx, wy, wz, lumped = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            px, py, pz, wx, wy, wz, lumped, turned = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(4):
-                m_ij = mass[i, j]
+                m_ij, I_ij = mass[i, j], rotary[i, j]
                 lumped += m_ij
+                turned += I_ij
                 px += m_ij * v[j, 0]
                 py += m_ij * v[j, 1]
                 pz += m_ij * v[j, 2]
-                wx += m_ij * w[j, 0]
-                wy += m_ij * w[j, 1]
-                wz += m_ij * w[j, 2]
+                wx += I_ij * w[j, 0]
+                wy += I_ij * w[j, 1]
+                wz += I_ij * w[j, 2]
             kinetic += 0.5 * (v[i, 0] * px + v[i, 1] * py + v[i, 2] * pz)
-            kinetic += 0.5 * inertia * (w[i, 0] * wx + w[i, 1] * wy + w[i, 2] * wz)
+            kinetic += 0.5 * (w[i, 0] * wx + w[i, 1] * wy + w[i, 2] * wz)
             linear[0] += px
             linear[1] += py
             linear[2] += pz
-            wx, wy, wz = inertia * wx, inertia * wy, inertia * wz
             angular[0] += X[i, 1] * pz - X[i, 2] * py + q[i, 1] * wz - q[i, 2] * wy
             angular[1] += X[i, 2] * px - X[i, 0] * pz + q[i, 2] * wx - q[i, 0] * wz
             angular[2] += X[i, 0] * py - X[i, 1] * px + q[i, 0] * wy - q[i, 1] * wx
             for c in range(3):
                 d, f = (c + 1) % 3, (c + 2) % 3
-                printed[c] += lumped * (X[i, d] * v[i, f] - X[i, f] * v[i, d]
-                                        + inertia * (q[i, d] * w[i, f] - q[i, f] * w[i, d]))
+                printed[c] += (lumped * (X[i, d] * v[i, f] - X[i, f] * v[i, d])
+                               + turned * (q[i, d] * w[i, f] - q[i, f] * w[i, d]))
     return kinetic, linear, angular, printed
 
 

@@ -63,21 +63,22 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
         shear: transverse shear field, one of ``SHEAR_FIELDS``.
 
     Returns:
-        dict of y0, r0, l, Q, k_b, mass, inertia.
+        dict of y0, r0, l, Q, k_b, mass, rotary.
     """
     rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     directors = np.einsum("eab,eib->eia", rotation, normals)
     points = [_gauss_point(local, point) for point in GAUSS]
     linear, quadratic, _ = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
+    mass = _mass(corners, thickness, density)
     return {
         "y0": np.ascontiguousarray(local[:, 1:]),
         "r0": np.ascontiguousarray(directors[:, :, :2]),
         "l": np.ascontiguousarray(linear[:, :, 1:]),
         "Q": np.ascontiguousarray(quadratic[:, :, 1:, 1:]),
         "k_b": _bending_and_shear(local, points, thickness, youngs, poisson, shear),
-        "mass": _mass(corners, thickness, density),
-        "inertia": thickness**2 / 12.0,
+        "mass": mass,
+        "rotary": (thickness**2 / 12.0)[:, None, None] * mass,
     }
 
 

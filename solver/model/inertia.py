@@ -22,7 +22,7 @@ class MassProperties(NamedTuple):
 def mass_properties(elements, nodes, normals):
     """``MassProperties`` by Eqs. (40a), (40b).
 
-    ``I = sum_ij m_ij (s(x_i, x_j) + h^2/12 s(p_i, p_j))``, ``s(a, b) = a . b 1 - b a^T``, as
+    ``I = sum_ij m_ij s(x_i, x_j) + I_ij s(p_i, p_j)``, ``s(a, b) = a . b 1 - b a^T``, as
     ``a x (omega x b) = s(a, b) omega``.
     """
     m = elements.mass
@@ -31,5 +31,5 @@ def mass_properties(elements, nodes, normals):
     centre = np.einsum("eij,ejc->c", m, x) / mass
     arms = x - centre
     spread = (np.einsum("eij,eic,ejd->cd", m, arms, arms)
-              + np.einsum("e,eij,eic,ejd->cd", elements.inertia, m, p, p))
+              + np.einsum("eij,eic,ejd->cd", elements.rotary, p, p))
     return MassProperties(float(mass), centre, np.trace(spread) * np.eye(3) - spread)

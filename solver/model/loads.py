@@ -122,6 +122,34 @@ class Support:
                              f"to {', '.join(components)}")
 
 
+@dataclass(frozen=True)
+class Drive:
+    """Clamped nodes that move as a rigid body, given as a function of time.
+
+    ``x = about + R (X - about) + translation h(t)``, ``p = R p_0`` with the rotation R by
+    ``rotation g(t)`` [rad], a vector along its axis; h is ``history``, g ``turning``, which is
+    ``history`` where it is left out.  In a motion both are zero at its start.
+    """
+
+    nodes: tuple
+    translation: tuple = (0.0, 0.0, 0.0)
+    rotation: tuple = (0.0, 0.0, 0.0)
+    about: tuple = (0.0, 0.0, 0.0)
+    history: FunctionOfTime = CONSTANT
+    turning: FunctionOfTime = None
+
+    def __post_init__(self):
+        _plain(self, nodes=distinct("drive: nodes", self.nodes), history=_history(self.history))
+        _plain(self, turning=_history(self.history if self.turning is None else self.turning))
+        for name, unit in (("translation", "m"), ("rotation", "rad"), ("about", "m")):
+            _plain(self, **{name: vector(f"drive: {name}", getattr(self, name), unit)})
+
+    @property
+    def components(self):
+        """All, as of a clamped edge."""
+        return COMPONENTS
+
+
 def line_load(nodes, line, force, history=CONSTANT, quads=None):
     """Dead force per length [N/m] along the element edges between consecutive nodes of ``line``.
 
@@ -157,17 +185,23 @@ def surface_load(nodes, quads, force, history=CONSTANT):
         InputError: ``quads`` are not elements on ``nodes``, or the force is not a vector.
     """
     nodes = floats("surface load: nodes", nodes, (None, 3))
+    force = np.array(vector("surface load: force", force, "N/m^2"))
+    return [NodalLoad(i, share * force, history)
+            for i, share in shares_of_area(nodes, quads)]
+
+
+def shares_of_area(nodes, quads):
+    """(node, its share ``int N_i dA`` [m^2]) of elements ``quads`` on ``nodes``."""
     quads = node_numbers(quads, len(nodes))
     few_enough(len(quads))
     check_connectivity(quads)
-    force = np.array(vector("surface load: force", force, "N/m^2"))
     shares = np.zeros(len(nodes))
     for point in GAUSS:
         shape, _ = shape_functions(point)
         area = area_factors(nodes[quads], point)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
-    return [NodalLoad(i, shares[i] * force, history) for i in np.unique(quads)]
+    return [(int(i), shares[i]) for i in np.unique(quads)]
 
 
 def _plain(item, **values):

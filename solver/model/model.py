@@ -28,10 +28,11 @@ from ..errors import InputError
 from ..kernels.arguments import Elements
 from ..names import listed
 from ..signatures import Vector, checked
+from .attached import ATTACHED, Damping, GroundSpring, check_attached, with_masses
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .inertia import mass_properties
-from .loads import COMPONENTS, Gravity, NodalLoad, NodalMoment, Pressure, Support
+from .loads import COMPONENTS, Drive, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 
@@ -55,7 +56,9 @@ class Model:
         density: rho [kg/m^3], a number or (n_elem,).
         loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s and ``Gravity``; see
             ``model.loads`` for line and surface loads.
-        supports: ``Support`` s; none for a free-flying shell.
+        supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
+        attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
+        damping: ``Damping``; None for none.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
             normals at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved
@@ -91,6 +94,8 @@ class Model:
     shear: str = "mitc4"
     fold_angle: float = FOLD_ANGLE
     patches: np.ndarray = None
+    attached: tuple = ()
+    damping: Damping = None
     directors: Directors = field(init=False)
 
     def __post_init__(self):
@@ -113,7 +118,11 @@ class Model:
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
         _set(self, loads=_items("loads", self.loads, LOADS),
-             supports=_items("supports", self.supports, (Support,)))
+             supports=_items("supports", self.supports, (Support, Drive)),
+             attached=_items("attached", self.attached, ATTACHED))
+        check_attached(self.attached, len(nodes), self.directors.first)
+        if self.damping is not None:
+            instance("damping", self.damping, Damping)
         self._check_loads()
         self._check_supports()
         self._check_normal_velocity()
@@ -217,7 +226,8 @@ class Model:
             self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
         for name in ("y0", "r0", "l", "Q", "k_b"):
             constants[name] = side_by_side(constants[name])
-        return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
+        return with_masses(Elements(nodes=self.quads, directors=self.directors.vertices,
+                                    **constants), self.attached)
 
     @cached_property
     def recovery(self):
@@ -262,6 +272,11 @@ class Model:
         return mask
 
     @property
+    def grounded(self):
+        """Whether supports or ground springs hold the shell, so that its momenta may change."""
+        return bool(self.supports) or any(isinstance(item, GroundSpring) for item in self.attached)
+
+    @property
     def unloaded_at(self):
         """Time from which no load acts any more [s]; infinity if some load never ends."""
         return max((load.history.end for load in self.loads), default=0.0)
@@ -292,7 +307,10 @@ class Model:
         motions = {}
         for k, support in enumerate(self.supports):
             existing(f"support {k}: node", support.nodes, len(self.nodes))
-            motion = (support.displacement, support.history) if support.displacement else None
+            if isinstance(support, Drive):
+                motion = k
+            else:
+                motion = (support.displacement, support.history) if support.displacement else None
             for node, component in product(support.nodes, support.components):
                 first, other = motions.setdefault((node, component), (k, motion))
                 if motion != other:

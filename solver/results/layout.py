@@ -11,11 +11,13 @@ import numpy as np
 
 DYNAMICS = np.dtype([
     ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
+    ("support_work", "f8"), ("dissipated", "f8"),
     ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
     ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
     ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("iterations", "i4"),
     ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4")])
-"""A row of a run, one a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over
+"""A row of a run, one a step; ``support_work`` of supports that move, ``dissipated`` by damping;
+``angular_momentum_printed`` is Eq. (50) as printed (one sum over
 nodes), ``reaction`` is the force of all supports at the generalized midpoint of the step that ends
 there, ``reaction_moment`` its moment about the origin, both zero in the first row."""
 

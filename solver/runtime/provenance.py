@@ -26,7 +26,7 @@ def describe(model, settings, solver, case=None, probes=None, start=None, **plan
             "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
             "elements": len(model.quads), "edges": model.folds._asdict(),
             "body": body(model), **own, "membrane": model.membrane, "shear": model.shear,
-            "solver": solver, "unloaded_at": model.unloaded_at, "supported": bool(model.supports),
+            "solver": solver, "unloaded_at": model.unloaded_at, "supported": model.grounded,
             "versions": versions(), "machine": machine()}
 
 
@@ -43,7 +43,8 @@ def fingerprint(model):
                   model.density, model.normals, model.directors.first,
                   model.directors.vertices, model.velocity, model.normal_velocity):
         digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr((model.loads, model.supports, model.membrane, model.shear)).encode())
+    digest.update(repr((model.loads, model.supports, model.attached, model.damping,
+                        model.membrane, model.shear)).encode())
     return digest.hexdigest()
 
 

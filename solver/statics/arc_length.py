@@ -7,6 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from ..errors import InputError, StepError
 from ..model.histories import CONSTANT
+from ..model.loads import Drive
 from ..model.model import Model
 from ..results.files import output_path
 from ..signatures import Count, File, Positive, checked
@@ -55,7 +56,7 @@ def arc_length(model: Model, length: Positive, until: Callable,
     """
     if any(load.history != CONSTANT for load in model.loads):
         raise InputError("arc length needs loads without a history of their own")
-    if any(support.displacement for support in model.supports):
+    if any(isinstance(support, Drive) or support.displacement for support in model.supports):
         raise InputError("arc length cannot prescribe displacements")
     output = output_path(output, overwrite, resume)
     path = Path(model, settings)

@@ -13,7 +13,6 @@ import numpy as np
 from ..checks import instance
 from ..kernels import updates
 from ..kernels.arguments import STATIC
-from ..model.histories import CONSTANT
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor
@@ -53,39 +52,32 @@ class Equilibrium:
         self._geometric = geometric
         self._predictions = self.system.predictions()
         self._zero = np.zeros(self.system.numbering.n_dof)
-        self._prescribed = _prescribed(model, self.system.numbering)
         check_held(model)
-
-    def prescribed(self, factor):
-        """Prescribed displacements (n_dof,) at a load factor [m]."""
-        values = self._zero.copy()
-        for history, pattern in self._prescribed.items():
-            values += (factor if history == CONSTANT else history(factor)) * pattern
-        return values
 
     def free(self, vector):
         """``vector`` with zeros at held dofs."""
         return np.where(self.system.dofs.fixed, 0.0, vector)
 
-    def equilibrate(self, start, goal):
-        """Move from the load factor ``start`` to ``goal``; returns the iterations it took.
+    def equilibrate(self, goal):
+        """Move to equilibrium at the load factor ``goal``; returns the iterations it took.
 
         Raises:
             NotConverged: why it did not get there; the state is as it was.
         """
         backup = self.state.pack()
-        pushed = self.prescribed(goal) - self.prescribed(start)
         self.works = []
         try:
-            return self._iterate(goal, pushed)
+            return self._iterate(goal)
         except NotConverged:
             self.state.unpack(backup)
             raise
 
-    def _iterate(self, goal, pushed):
-        mixed = False
+    def _iterate(self, goal):
+        mixed, driven = False, self.system.driven
         for k in range(1, self.settings.max_iterations + 1):
-            if k == 1 and np.any(pushed):
+            self.system.observe(self.state, self.place)
+            pushed = driven.correction(self.state, self.place.start, at_factor(goal))
+            if pushed is not None:
                 correction = self.solve_increment(pushed, goal)
             else:
                 correction = self.correction(goal, mixed)
@@ -94,7 +86,7 @@ class Equilibrium:
                 raise NotConverged("the iteration diverges")
             self.move(correction)
             mixed = True
-            if self.converged(k, max(self.works)):
+            if pushed is None and self.converged(k, max(self.works)):
                 return k
         raise NotConverged(self.too_slow(max(self.works)))
 
@@ -109,10 +101,9 @@ class Equilibrium:
     def unit_forces(self):
         """Generalized forces (n_dof,) of the loads of factor 1 in the present state."""
         system = self.system
-        if system.all_dead:
-            return system.loads(1.0).dead.forces
-        self.assemble(1.0, tangent=False)
-        return system.residual.applied.copy()
+        if not system.all_dead:
+            self.assemble(1.0, tangent=False)
+        return system.applied(system.loads(1.0)).copy()
 
     def work(self, correction):
         """Work of the residual in a correction [J]."""
@@ -197,16 +188,3 @@ class Equilibrium:
 
     def _factorize(self):
         self.pivots.append(self.system.factorize())
-
-
-def _prescribed(model, numbering):
-    """``{history: (n_dof,) displacement}`` of the supports that move."""
-    patterns = {}
-    for support in model.supports:
-        if support.displacement != 0.0:
-            pattern = patterns.setdefault(support.history, np.zeros(numbering.n_dof))
-            for node in support.nodes:
-                for component in support.components:
-                    first = numbering.start[node]
-                    pattern[first + "xyz".index(component)] = support.displacement
-    return patterns

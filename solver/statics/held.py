@@ -5,6 +5,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..errors import InputError
+from ..model.attached import GroundSpring, Spring
 
 HELD = 1e-9
 """Smallest singular value of what the supports hold of unit motions, the shell's size being 1."""
@@ -16,7 +17,10 @@ def check_held(model):
     links = coo_array((np.ones(quads.size), (np.repeat(quads[:, 0], 4), quads.ravel())),
                       shape=(n_nodes, n_nodes))
     n_parts, part = connected_components(links, directed=False)
-    for k in range(n_parts):
+    fixed = fixed | _sprung(model)
+    joined = {part[node] for item in model.attached if isinstance(item, Spring)
+              for node in (item.node, item.other)}
+    for k in set(range(n_parts)) - joined:  # a mechanism on springs is found by its pivots
         inside = part == k
         _, sizes, motions = np.linalg.svd(_held_motions(model, fixed, np.flatnonzero(inside)))
         free = motions[np.count_nonzero(sizes > HELD):]
@@ -25,6 +29,16 @@ def check_held(model):
             motions = "1 rigid motion" if len(free) == 1 else f"{len(free)} rigid motions"
             raise InputError(f"the supports leave {motions} of {which} free, {_told(free)}: hold "
                              "it by a Support, as in supports=[Support(nodes, components)]")
+
+
+def _sprung(model):
+    """(n_nodes, 6) components that springs to the ground hold."""
+    held = np.zeros((len(model.nodes), 6), dtype=bool)
+    for item in model.attached:
+        if isinstance(item, GroundSpring):
+            held[item.node, :3] |= np.array(item.stiffness) > 0.0
+            held[item.node, 3:] |= item.turning > 0.0
+    return held
 
 
 def _told(free):

@@ -47,7 +47,9 @@ def solve_linear(model: Model, solver="skyline"):
     """
     equilibrium = Equilibrium(model, StaticSettings(solver=solver))
     try:
-        solution = equilibrium.solve_increment(equilibrium.prescribed(1.0), 1.0, stiffness_at=0.0)
+        pushed = equilibrium.system.driven.linear(equilibrium.state, equilibrium.place.start,
+                                                  at_factor(1.0))
+        solution = equilibrium.solve_increment(pushed, 1.0, stiffness_at=0.0)
         _refine(equilibrium, solution)
     except SingularMatrix as error:
         raise InputError(f"the shell is a mechanism: {error}") from None
@@ -85,6 +87,9 @@ def _residual(equilibrium, solution):
                             strains)
     # alpha_f = 1: strains, and T, are those of the start of the step
     system.assemble(state, Place(start._replace(b=strains.b, e=strains.e)),
-                    STATIC._replace(alpha_f=1.0), np.zeros_like(solution),
-                    system.loads_by(at_factor(1.0)), tangent=False)
+                    STATIC._replace(alpha_f=1.0, strain_end=0.0, strain_start=1.0),
+                    np.zeros_like(solution), system.loads_by(at_factor(1.0)), tangent=False)
+    of_springs = system.forces_of_springs(state, start, solution)
+    system.residual.unmasked[:] += of_springs
+    system.residual.balance[:] += equilibrium.free(of_springs)
     return system.residual.balance

@@ -73,7 +73,7 @@ def _reach(path, target, settings):
     while reached < target:
         goal = target if reached + SLACK * step >= target else reached + step
         try:
-            used = path.equilibrium.equilibrate(reached, goal)
+            used = path.equilibrium.equilibrate(goal)
         except NotConverged as failure:
             iterations += len(path.equilibrium.works)
             step = 0.5 * (goal - reached)

@@ -31,9 +31,11 @@ class Iterate(NamedTuple):
 
 
 class DeadLoads:
-    """Nodal forces, weight, and moments about fixed axes, by their functions of time."""
+    """Nodal forces, weight, and moments about fixed axes, by their functions of time; forces of
+    turning springs ``on_normals``."""
 
-    def __init__(self, model, numbering):
+    def __init__(self, model, numbering, on_normals):
+        self._on_normals = on_normals
         self._forces, self._moments = {}, _moments(model)
         self._shapes = numbering.n_dof, (len(model.nodes), 3)
         for load in model.loads:
@@ -48,7 +50,7 @@ class DeadLoads:
     def at(self, value):
         """``arguments.Loads`` with ``value(history)`` for each function of time."""
         return Loads(_total(self._forces, value, self._shapes[0]),
-                     _total(self._moments, value, self._shapes[1]))
+                     _total(self._moments, value, self._shapes[1]), self._on_normals)
 
     @property
     def any_moment(self):

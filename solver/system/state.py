@@ -6,6 +6,9 @@ import numpy as np
 
 from ..kernels.arguments import Motion, Observation, Start
 
+TOTALS = ("external_work", "support_work", "dissipated", "peak", "missed")
+"""Sums of a ``State`` since t = 0."""
+
 
 @dataclass
 class State:
@@ -15,12 +18,16 @@ class State:
         motion: ``arguments.Motion``; its arrays are also attributes of the state, to be changed in
             place.
         external_work: work of the loads since t = 0 [J].
+        support_work: work of the supports that move [J].
+        dissipated: energy that damping took [J].
         peak: largest energy of the shell or work of its loads so far [J].
         missed: energy since t = 0 that is not work of the loads [J].
     """
 
     motion: Motion
     external_work: float = 0.0
+    support_work: float = 0.0
+    dissipated: float = 0.0
     peak: float = 0.0
     missed: float = 0.0
 
@@ -34,7 +41,7 @@ class State:
     def pack(self):
         """All numbers of the state as one float64 vector."""
         return np.concatenate([*(array.ravel() for array in self.motion),
-                               [self.external_work, self.peak, self.missed]])
+                               [getattr(self, name) for name in TOTALS]])
 
     def unpack(self, packed):
         """Take over the numbers of ``pack``."""
@@ -42,14 +49,15 @@ class State:
         for array in self.motion:
             array[...] = packed[at:at + array.size].reshape(array.shape)
             at += array.size
-        self.external_work, self.peak, self.missed = (float(value) for value in packed[at:])
+        for name, value in zip(TOTALS, packed[at:], strict=True):
+            setattr(self, name, float(value))
 
     def take(self, other):
         """Become as another state of the same model."""
         for own, given in zip(self.motion, other.motion):
             np.copyto(own, given)
-        self.external_work = other.external_work
-        self.peak, self.missed = other.peak, other.missed
+        for name in TOTALS:
+            setattr(self, name, getattr(other, name))
 
 
 @dataclass

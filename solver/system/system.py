@@ -6,6 +6,7 @@ from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
     MASS_ONLY,
+    STATIC,
     Dofs,
     Predicted,
     Residual,
@@ -14,7 +15,10 @@ from ..kernels.arguments import (
 from ..kernels.calls import Call
 from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
+from . import springs
 from .coordinates import Charts
+from .damping import Viscous
+from .driven import Driven
 from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver
 from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
@@ -25,6 +29,9 @@ from .state import blank_place
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
+
+SMALL = 1e-5
+"""Motion, in sizes of the shell, over which the forces of springs are differences."""
 
 
 class System:
@@ -39,6 +46,9 @@ class System:
         solver: linear solver, see ``system.linear``; its matrix is that of the last iterate.
         residual: ``arguments.Residual`` of the last iterate.
         all_dead: whether all loads are forces of constant direction.
+        damping: ``Viscous``, or None.
+        driven: ``Driven``, the motion of the supports.
+        floating: whether nothing holds the shell: no support, no spring to the ground.
         translations: (n_nodes, 3) dofs of the displacements.
         nodal_mass: (n_nodes,) lumped masses [kg].
         lengths: (n_dof,) 1 of a displacement, the shell's size [m] of a rotational variable: their
@@ -50,26 +60,31 @@ class System:
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
         where they have one."""
         self.model, self.elements = model, model.elements
-        self._items = items(model)
+        self._items, self._springs = items(model), springs.items(model)
+        self._turning = springs.TurningSprings(model)
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
-        self.numbering = number_dofs((model.quads, *(item.cells for item in self._items)), n_rot)
+        cells = [item.cells for item in (*self._items, *self._springs)]
+        self.numbering = number_dofs((model.quads, *cells), n_rot)
         self.coordinates = Charts(model, self.numbering, follow)
         fixed = self.coordinates.fixed
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
+        self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
-        self._dead = DeadLoads(model, self.numbering)
+        self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
         if full_tangent and not self.all_dead:
             self.solver = UnsymmetricLU(self.numbering)
         else:
             self.solver = make_solver(solver, self.numbering)
-        self.factorizations = 0
+        self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
+        self.damping = Viscous(model, self.translations) if model.damping else None
         self.nodal_mass = model.nodal_mass
         self._mass = float(self.nodal_mass.sum())
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
+        self._inner_forces = np.zeros(self.numbering.n_dof)
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
         self._work = nodal_work(len(model.nodes), len(model.normals))
         self._unpredicted = self.predictions(used=False)
@@ -104,6 +119,10 @@ class System:
         """``Applied`` loads with ``value(history)`` for each function of time."""
         return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items))
 
+    def work_of_supports(self, delta):
+        """Work of the reactions in the increment ``delta`` that was assembled last [J]."""
+        return -float(self.residual.unmasked[self.dofs.fixed] @ delta[self.dofs.fixed])
+
     def factorize(self):
         """Factorize the matrix of the last iterate.
 
@@ -132,6 +151,10 @@ class System:
         place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
+        stored = self._turning.energy(place.start.p)
+        stored += sum(spring.energy(state) for spring in self._springs)
+        if stored:
+            place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
 
     def predictions(self, used=True):
@@ -158,9 +181,14 @@ class System:
         """
         solver, dead = self.solver, loads.dead
         delta = np.ascontiguousarray(delta, dtype=float)
-        if self._items:
+        if self._items or self._springs or self.damping:
             iterate = Iterate(state, step, delta)
-            dead = dead._replace(forces=dead.forces.copy())
+            self._inner_forces[:] = 0.0
+            for spring in self._springs:
+                spring.add_forces(self.dofs, iterate, self._inner_forces)
+            if self.damping:
+                self.damping.add_forces(iterate, self._inner_forces)
+            dead = dead._replace(forces=dead.forces + self._inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
                 item.add_forces(self.dofs, iterate, values, dead.forces)
         lost = self._step(
@@ -169,8 +197,14 @@ class System:
             self.residual, self._work)
         if lost != DONE:
             raise NotConverged(f"a normal of node {lost} leaves the chart of its variables")
-        if tangent and not self.all_dead:
-            self._add_followers(Iterate(state, step, delta), loads)
+        if tangent and (self._springs or not self.all_dead):
+            self._add_items(Iterate(state, step, delta), loads)
+
+    def applied(self, loads):
+        """(n_dof,) generalized forces of the loads in the iterate that was assembled last."""
+        if self.all_dead:
+            return loads.dead.forces
+        return self.residual.applied - self._inner_forces
 
     def reactions(self, state, place, step, loads, averaged=False):
         """``Reactions`` of the iterate that was assembled last, of the same arguments; forces and
@@ -180,13 +214,29 @@ class System:
         return self._supported.reactions(self.residual, work, x, loads.dead.moments,
                                          (work.p_end, place.start.p) if averaged else None)
 
-    def _add_followers(self, iterate, loads):
+    def forces_of_springs(self, state, start, motion):
+        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from ``state``:
+        their derivative, as a difference over ``SMALL`` of the shell's size."""
+        change = -self._turning.stiffness_times(self.dofs.nodes, start.A1, motion)
+        size = np.abs(self.lengths * motion).max()
+        if self._springs and size > 0.0:
+            part = SMALL * self.model.size / size
+            for spring in self._springs:
+                for sign in (0.5, -0.5):
+                    forces = np.zeros_like(change)
+                    spring.add_forces(self.dofs, Iterate(state, STATIC, sign * part * motion),
+                                      forces)
+                    change += 2.0 * sign * forces / part
+        return change
+
+    def _add_items(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
-        solver, step = self.solver, iterate.step
+        solver, step, storages = self.solver, iterate.step, iter(self.solver.storages[1:])
         solver.skew[:] = 0.0
-        for item, values, storage in zip(self._items, loads.items, solver.storages[1:],
-                                         strict=True):
-            item.add_matrix(self.dofs, iterate, values, storage, solver.values, solver.skew)
+        for item, values in zip(self._items, loads.items, strict=True):
+            item.add_matrix(self.dofs, iterate, values, next(storages), solver.values, solver.skew)
+        for spring in self._springs:
+            spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
                                      loads.dead.moments, self._work, solver.skew)
@@ -212,13 +262,13 @@ class System:
         """Rates (n_dof,) of the translation of a free shell with its mass centre; zero of one with
         supports."""
         rates = np.zeros(self.numbering.n_dof)
-        if not self.dofs.any_fixed:
+        if self.floating:
             rates[self.translations] = observed.linear_momentum / self._mass
         return rates
 
     def inner_kinetic(self, observed):
         """Kinetic energy less that of the translation with the mass centre, of a free shell [J]."""
-        if self.dofs.any_fixed:
+        if not self.floating:
             return observed.kinetic
         momentum = observed.linear_momentum
         inner = observed.kinetic - 0.5 * float(momentum @ momentum) / self._mass

@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     )
     from .solver.input.files import read_model
     from .solver.input.running import ModelRun, run_model
+    from .solver.model.attached import (
+        Damping,
+        GroundSpring,
+        PointMass,
+        Spring,
+        foundation,
+    )
     from .solver.model.directors import orient
     from .solver.model.generators import block, cylinder, sphere, sphere_segment
     from .solver.model.histories import (
@@ -38,6 +45,7 @@ if TYPE_CHECKING:
         read_time_function,
     )
     from .solver.model.loads import (
+        Drive,
         Gravity,
         NodalLoad,
         NodalMoment,
@@ -68,11 +76,12 @@ _WHERE = {
                "ResultFileWarning", "StepError"),
     "input.files": ("read_model",),
     "input.running": ("ModelRun", "run_model"),
+    "model.attached": ("Damping", "GroundSpring", "PointMass", "Spring", "foundation"),
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
-    "model.loads": ("Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support", "line_load",
-                    "line_moment", "surface_load"),
+    "model.loads": ("Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support",
+                    "line_load", "line_moment", "surface_load"),
     "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
     "results.frame": ("data_frame",),
@@ -87,14 +96,15 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Configuration", "Drift", "Expression", "Gravity", "Harmonic",
-    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Newton",
-    "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning",
-    "Scheme", "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses",
-    "Support", "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
-    "line_load", "line_moment", "load_control", "orient", "read", "read_model",
-    "read_time_function", "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere",
-    "sphere_segment", "stresses", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Configuration", "Damping", "Drift", "Drive", "Expression", "Gravity",
+    "GroundSpring", "Harmonic", "InputError", "LinearResult", "Mesh", "MeshWarning", "Model",
+    "ModelRun", "Newton", "NodalLoad", "NodalMoment", "PointMass", "Pressure", "Result",
+    "ResultFileError", "ResultFileWarning", "Scheme", "Settings", "Spring", "StaticResult",
+    "StaticSettings", "StepError", "Steps", "Stresses", "Support", "TimeFunction", "arc_length",
+    "block", "cylinder", "data_frame", "drift", "foundation", "join", "line_load",
+    "line_moment", "load_control", "orient", "read", "read_model", "read_time_function",
+    "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
+    "stresses", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

@@ -1,0 +1,81 @@
+"""Damping in proportion to mass and stiffness, blind to rigid motion."""
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..model.constants import apart
+
+
+class Viscous:
+    """``Damping`` of a model; see there.
+
+    The stiffness part is in the weights of the strains, ``arguments.Factors``; the mass part acts
+    on translations, ``f = -mass M (v - v_rigid)``, v_rigid the rigid motion with the momenta of
+    ``M v``, so that the sum of f and its moment are zero.
+    """
+
+    def __init__(self, model, translations):
+        self._translations = translations
+        self._given, self._floating = model.damping, not model.grounded
+        quads, mass = model.quads, model.elements.mass
+        n = len(model.nodes)
+        rows = np.repeat(quads, 4, axis=1).ravel()
+        columns = np.tile(quads, (1, 4)).ravel()
+        self._mass = csr_array((mass.ravel(), (rows, columns)), shape=(n, n))
+        self._lumped = model.nodal_mass
+        self._k_b = apart(model.elements.k_b, len(quads))
+
+    def damped(self, step, dt):
+        """``arguments.Factors`` of a step of length dt [s] with damping."""
+        lag = self._given.stiffness / dt
+        return step._replace(strain_end=step.strain_end + lag,
+                             strain_start=step.strain_start - lag,
+                             mass=step.mass + self._given.mass * step.rate_delta)
+
+    def add_forces(self, iterate, forces):
+        """Add the forces of the mass part at an iterate to ``forces`` (n_dof,) [N]."""
+        if self._given.mass:
+            forces[self._translations] += self._forces(*iterate)
+
+    def braked(self, iterate):
+        """Energy that the mass part took in the step to an iterate, ``-f . dx`` [J]."""
+        if not self._given.mass:
+            return 0.0
+        return -float(np.sum(self._forces(*iterate) * iterate.delta[self._translations]))
+
+    def _forces(self, state, step, delta):
+        """(n_nodes, 3) of the mass part [N]."""
+        translations = self._translations
+        rate = (step.rate_delta * delta - step.rate_velocity * state.velocity
+                - step.rate_acceleration * state.acceleration)
+        v = rate[translations]
+        if self._floating:
+            x = state.x + state.x_low + (1.0 - step.alpha_f) * delta[translations]
+            v = v - self._rigid(x, self._mass @ v)
+        return -self._given.mass * (self._mass @ v)
+
+    def _rigid(self, x, momenta):
+        """(n_nodes, 3) velocities of the rigid motion with these momenta (n_nodes, 3) of nodes."""
+        total = self._lumped.sum()
+        arms = x - self._lumped @ x / total
+        spread = arms.T @ (self._mass @ arms)
+        inertia = np.trace(spread) * np.eye(3) - spread
+        spin = np.linalg.solve(inertia, np.cross(arms, momenta).sum(axis=0))
+        return momenta.sum(axis=0) / total + np.cross(spin, arms)
+
+    @staticmethod
+    def strains(start):
+        """Strain measures of ``arguments.Start`` to compare later ones with."""
+        return start.b.copy(), start.e.copy()
+
+    def lost(self, step, before, start):
+        """Energy that the stiffness part took in a step, ``eta/dt (|de|^2 + db . k_b db)`` [J].
+
+        Args:
+            step: ``arguments.Factors``.
+            before: ``strains`` at its start.
+            start: ``arguments.Start`` at its end.
+        """
+        lag = step.strain_end - (1.0 - step.alpha_f)
+        db, de = start.b - before[0], start.e - before[1]
+        return lag * float(np.sum(de * de) + np.einsum("ei,eij,ej->", db, self._k_b, db))

@@ -1,0 +1,167 @@
+"""Motion of supports: where they hold the shell at a time, as increments of the held unknowns."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..errors import InputError
+from ..kernels.junctions import nodal_frame
+from ..model.loads import Drive
+
+STILL = 1e-12
+"""Increments below this part of the shell's size, or this angle [rad], are none."""
+
+INSTANT = 1e-4
+"""Part of a step over which rates are differences."""
+
+
+class Driven:
+    """What moves the supports of a model.
+
+    Attributes:
+        moving: whether anything does.
+    """
+
+    def __init__(self, model, numbering, coordinates):
+        self._X, self._size = model.nodes, model.size
+        self._normals, self._first = model.normals, model.directors.first
+        self._fixed, self._numbering = coordinates.fixed, numbering
+        self._translations = numbering.translations
+        self._shifts, self._drives = {}, []
+        for support in model.supports:
+            if isinstance(support, Drive):
+                self._drives.append(support)
+            elif support.displacement != 0.0:
+                pattern = self._shifts.setdefault(support.history, np.zeros(self._X.shape))
+                for component in support.components:
+                    pattern[list(support.nodes), "xyz".index(component)] = support.displacement
+        self.moving = bool(self._shifts or self._drives)
+        self._moved = np.zeros(self._X.shape, dtype=bool)
+        for pattern in self._shifts.values():
+            self._moved |= pattern != 0.0
+        for drive in self._drives:
+            self._moved[list(drive.nodes)] = True
+
+    def increment(self, state, value):
+        """Increments (n_dof,) that take the supports from ``state`` to where they are for
+        ``value(history)``, zero at free unknowns; None where nothing moves them."""
+        if not self.moving:
+            return None
+        increment = np.zeros(self._numbering.n_dof)
+        increment[self._translations] = self._displacements(state, value)
+        for drive in self._drives:
+            turn = self._turn(drive, value)
+            for i in drive.nodes:
+                at = self._numbering.start[i] + 3
+                increment[at:at + self._numbering.n_rot[i]] = (
+                    self._variables(i, turn, state.chart[i])
+                    - state.variables[i, :self._numbering.n_rot[i]])
+        return increment
+
+    def correction(self, state, start, value):
+        """The same as a static correction, by which normals turn along great circles; None where
+        what is left of it is none."""
+        if not self.moving:
+            return None
+        correction = np.zeros(self._numbering.n_dof)
+        u = self._displacements(state, value)
+        correction[self._translations] = np.where(np.abs(u) > STILL * self._size, u, 0.0)
+        for drive in self._drives:
+            turn = self._turn(drive, value)
+            for i in drive.nodes:
+                d, spin = self._first[i], None
+                arc = _arc(start.p[d], turn.apply(self._normals[d].copy()))
+                if self._numbering.n_rot[i] == 3:
+                    arc = spin = (turn * _frame(state, i).inv()).as_rotvec()
+                if np.linalg.norm(arc) > STILL:
+                    self._turn_node(correction, state, start, i, arc, spin)
+        return correction if np.any(correction) else None
+
+    def _turn_node(self, correction, state, start, i, arc, spin):
+        """Changes of the variables of a node, into ``correction``: those that move its normal by
+        ``arc`` (3,), or turn a junction by ``spin`` (3,)."""
+        at, n_rot = self._numbering.start[i] + 3, self._numbering.n_rot[i]
+        if n_rot == 2:
+            A = start.A1[self._first[i], :, :2]
+            correction[at:at + 2] = np.linalg.lstsq(A, arc, rcond=None)[0]
+        else:
+            correction[at:at + 3] = _variable_rates(state.chart[i], _frame(state, i), spin)
+
+    def linear(self, state, start, value):
+        """The same of small motions, (n_dof,): ``u = t + r x (X - about)``, ``dp = r x p``."""
+        correction = np.zeros(self._numbering.n_dof)
+        u = sum((value(history) * pattern for history, pattern in self._shifts.items()),
+                np.zeros(self._X.shape))
+        for drive in self._drives:
+            at, spin = list(drive.nodes), value(drive.turning) * np.array(drive.rotation)
+            u[at] = (value(drive.history) * np.array(drive.translation)
+                     + np.cross(spin, self._X[at] - drive.about))
+            for i in at:
+                self._turn_node(correction, state, start, i,
+                                np.cross(spin, start.p[self._first[i]]), spin)
+        correction[self._translations] = u
+        return correction
+
+    def set_rates(self, state, at, time, dt):
+        """Velocities of the driven unknowns at a ``time`` [s], by differences over a small part of
+        ``dt`` [s]; ``at(time)`` gives ``value``."""
+        if self.moving:
+            h = INSTANT * dt
+            places = [self.increment(state, at(time + k * h)) for k in (-1, 0, 1, 2)]
+            rates = (places[2] - places[0]) / (2.0 * h) if time > h else (
+                4.0 * places[2] - 3.0 * places[1] - places[3]) / (2.0 * h)
+            state.velocity[self._fixed] = rates[self._fixed]
+
+    def check(self, state, value):
+        """Raise ``InputError`` where the supports of ``value(history)`` are not where ``state``
+        is."""
+        if self.moving:
+            off = np.abs(self.increment(state, value))
+            worst = int(np.argmax(off))
+            if off[worst] > 1e-9 * max(self._size, 1.0):
+                node = self._numbering.node_of_dof[worst]
+                raise InputError(f"node {node}: its support is not where the shell is at t = 0, by "
+                                 f"{off[worst]:.3g}: its history must start there")
+
+    def _displacements(self, state, value):
+        """(n_nodes, 3) from ``state`` to where supports hold translations; zero elsewhere [m]."""
+        goal = self._X.copy()
+        for history, pattern in self._shifts.items():
+            goal += value(history) * pattern
+        for drive in self._drives:
+            at = list(drive.nodes)
+            goal[at] = (drive.about + self._turn(drive, value).apply(self._X[at] - drive.about)
+                        + value(drive.history) * np.array(drive.translation))
+        return np.where(self._moved, (goal - state.x) - state.x_low, 0.0)
+
+    @staticmethod
+    def _turn(drive, value):
+        return Rotation.from_rotvec(value(drive.turning) * np.array(drive.rotation))
+
+    def _variables(self, i, turn, triad):
+        """Rotational variables of a node that is turned as a rigid body, Eqs. (5), (11)."""
+        if self._numbering.n_rot[i] == 2:
+            return triad[:2] @ turn.apply(self._normals[self._first[i]].copy())
+        e = turn.as_matrix()  # columns e_x, e_y, e_z: the nodal frame starts along global axes
+        return np.array([triad[0] @ e[:, 1], triad[1] @ e[:, 1], triad[0] @ e[:, 2]])
+
+
+def _arc(p, goal):
+    """Tangent (3,) at p of the great circle to ``goal``, as long as the angle [rad]."""
+    across = goal - (p @ goal) * p
+    length = np.linalg.norm(across)
+    return across * (np.arctan2(length, p @ goal) / length) if length > 0.0 else across
+
+
+def _frame(state, i):
+    """Rotation of a junction's nodal frame from the global axes."""
+    n, m, k = state.variables[i]
+    e = np.empty((3, 3))
+    nodal_frame(n, m, k, state.chart[i], e)
+    return Rotation.from_matrix(e.T)
+
+
+def _variable_rates(triad, frame, spin):
+    """``dn = spin . (e_y x t_1)`` and so on."""
+    _, e_y, e_z = frame.as_matrix().T
+    return np.array([spin @ np.cross(e_y, triad[0]), spin @ np.cross(e_y, triad[1]),
+                     spin @ np.cross(e_z, triad[0])])
