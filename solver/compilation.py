@@ -26,7 +26,7 @@ from .model.model import Model
 from .runtime.compiling import announce
 from .runtime.process import child_environment
 from .runtime.provenance import usable_cores
-from .system.linear import make_solver
+from .system.linear import SuperLU, make_solver
 from .system.state import blank_place, blank_state
 from .system.system import System
 
@@ -74,6 +74,7 @@ def _compile_others():
         system.solver.values[system.solver.storage.diagonal] = 1.0
         system.factorize()
         system.solver.solve(zero)
+    SuperLU(system.numbering)
     kept, step = KeptMatrix(system), scheme.midpoint(DT)
     kept.made(step, state, place)
     kept.carry(state, place)

@@ -47,7 +47,7 @@ class Equilibrium:
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver, full_tangent=True)
-        self.state = self.system.initial_state()
+        self.state = self.system.start()
         self.place = self.system.observe(self.state)
         self.works, self.pivots = [], []
         self._geometric = geometric

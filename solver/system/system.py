@@ -16,7 +16,7 @@ from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from .coordinates import Charts
 from .failure import NotConverged
-from .linear import UnsymmetricLU, make_solver
+from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
 from .numbering import number_dofs
 from .reactions import Supported
@@ -76,9 +76,9 @@ class System:
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
 
-    def initial_state(self, start=None):
-        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot
-        from Eq. (55).
+    def start(self, start=None):
+        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot is
+        zero.
 
         Warns:
             UserWarning: no load does anything.
@@ -87,12 +87,15 @@ class System:
             InputError: a supported component has an initial velocity.
         """
         check_acting(self.model)
-        state = self.coordinates.initial_state(self.model, start)
+        return self.coordinates.initial_state(self.model, start)
+
+    def initial_state(self, start=None):
+        """The same with U_ddot from Eq. (55), for a motion."""
+        state = self.start(start)
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
-            self.factorize()
-            state.acceleration[:] = self.solver.solve(self.residual.balance)
+            state.acceleration[:] = solve_mass(self.solver, self.residual.balance)
             state.acceleration[self.dofs.fixed] = 0.0
         return state
 
