@@ -14,15 +14,29 @@ from corovec.solver.errors import InputError
 from corovec.solver.input.model_file import ModelFile
 from corovec.solver.model.histories import CONSTANT, FunctionOfTime
 from corovec.solver.model.loads import NodalLoad
+from corovec.solver.model.mesh import boundary
 from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked
 
 from .recording import Recording
-from .space import ARROW, Space, View, best_view, bounds, density_bar, density_scale, hidden
+from .space import (
+    ARROW,
+    MOST_OUTLINED,
+    Space,
+    View,
+    best_view,
+    bounds,
+    density_bar,
+    density_scale,
+    hidden,
+)
 from .style import BLUE, CURVES, GREEN, VERMILLION, WIDTH, styled
 
 LONGEST = 0.22
 """Longest arrow of each unit of force relative to the size of the mesh."""
+
+MOST_ARROWS, MOST_HELD = 150, 400
+"""Arrows of a load and nodes of supports that are drawn; of more, so many of them evenly."""
 
 PARTS = 24
 """Parts of an arrow that are hidden behind the shell or not."""
@@ -93,7 +107,8 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
 
     Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; forces and forces per
     length have each a scale, told by an arrow of round size.  What lies behind the shell is
-    hollow and dashed.
+    hollow and dashed.  Of very many arrows and held nodes some are drawn, evenly, and of very many
+    elements the boundary.
 
     Args:
         model: ``Model``, whose moments and pressures are not drawn, or anything else
@@ -112,8 +127,8 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     varying = [load for load in loads if load.history.settled > 0.0]
     functions = {load.function: load.history for load in varying}
     view = best_view(corners) if view is None else View(*view)
-    scales = _scales(model, loads)
-    ends = [_arrows(model, load, scales) for load in loads]
+    scales, drawn = _scales(model, loads), [_thinned(load) for load in loads]
+    ends = [_arrows(model, load, scales) for load in drawn]
     box = bounds(model.nodes, *ends)
     beside = 0.3 + 0.2 * len(scales)
     height = max(0.5 + 0.72 * WIDTH * view.aspect(box), 1.9 + beside)
@@ -123,6 +138,8 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
                                height_ratios=(spare, 1.7, beside, spare))
     space = Space(figure.add_subplot(grid[:, 0]), view, box)
     space.elements(corners[None], facecolor="0.92", edge="0.4", line=0.4)
+    if len(corners) > MOST_OUTLINED:
+        space.lines(model.nodes[boundary(model.quads)])
     covered = [np.reshape(hidden(view, _middles(arrows), corners), (-1, PARTS)) for arrows in ends]
     for arrows, each in zip(ends, covered):
         for (tail, tip), parts in zip(arrows, each):
@@ -130,8 +147,8 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     behind = dict(zip(points, hidden(view, list(points.values()), corners)))
     for name, point in points.items():
         space.dot(point, BLUE, behind[name])
-    held = model.nodes[sorted({node for support in getattr(model, "supports", ())
-                               for node in support.nodes})]
+    held = model.nodes[_evenly(sorted({node for support in getattr(model, "supports", ())
+                                       for node in support.nodes}), MOST_HELD)]
     for point, covered_ in zip(held, hidden(view, held, corners)):
         space.dot(point, GREEN, covered_, size=3.0, marker="s")
     if functions:
@@ -140,10 +157,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     if loads:
         _draw_scales(figure.add_subplot(grid[2, 1]), space, scales, LONGEST * model.size,
                      any(map(np.any, covered)) or any(behind.values()))
-    space.names([*_load_names(space, loads, ends, model.nodes), *(
+    space.names([*_load_names(space, drawn, ends, model.nodes), *(
         (point, name, (1.0, -1.0), {"color": BLUE, "weight": "bold"})
         for name, point in points.items())],
-        [(model.nodes, 0.5), *((_middles(arrows), 10.0) for arrows in ends),
+        [(_evenly(model.nodes, MOST_OUTLINED), 0.5), *((_middles(arrows), 10.0) for arrows in ends),
          *((point, 20.0) for point in points.values())])
     return figure, _mesh_table(model, loads, points, functions)
 
@@ -281,6 +298,18 @@ def _case_loads(model, case):
         drawn.append(Drawn(load.name, nodes, np.tile(force, (len(nodes), 1)), load.unit,
                            load.history, history, f"{load.history}(t) [{unit or '–'}]"))
     return drawn
+
+
+def _thinned(load):
+    """The same load with as many arrows as can be told apart."""
+    nodes, forces = (_evenly(of, MOST_ARROWS) for of in (load.nodes, load.forces))
+    return load._replace(nodes=nodes, forces=forces)
+
+
+def _evenly(items, most):
+    """All of ``items``, or ``most`` of them from the first to the last."""
+    n = len(items)
+    return items if n <= most else np.asarray(items)[np.linspace(0, n - 1, most).astype(int)]
 
 
 def _peak(history):

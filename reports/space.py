@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
+from scipy.spatial import cKDTree
 
 from corovec.solver.checks import number
 from corovec.solver.model.mesh import vector_areas
@@ -29,6 +30,9 @@ THINNEST = 0.08
 
 MOST_VECTORS = 20_000
 """Elements beyond which they become an image inside a vector figure."""
+
+MOST_OUTLINED = 20_000
+"""Elements beyond which their edges, closer than the dots of a picture, are not drawn."""
 
 WAYS = 16
 """Directions in which a name may lie from its point."""
@@ -99,14 +103,20 @@ def hidden(view, points, corners):
     facing = np.abs(np.linalg.det(sides)) > 1e-12 * np.ptp(seen, axis=(0, 1)).max() ** 2
     seen, depth, inverse = seen[facing], depth[facing], np.linalg.inv(sides[facing])
     margin = DEPTH * np.ptp(triangles, axis=(0, 1)).max()
+    centres, points = seen.mean(axis=1), np.reshape(points, (-1, 3))
+    if not len(centres):
+        return np.zeros(len(points), dtype=bool)
+    # others are too far away to be before a point
+    reach = np.linalg.norm(seen - centres[:, None], axis=2).max()
+    near = cKDTree(centres).query_ball_point(view(points), reach)
 
-    def covered(point):
-        part = np.einsum("tij,tj->ti", inverse, view(point) - seen[:, 0])
+    def covered(point, at):
+        part = np.einsum("tij,tj->ti", inverse[at], view(point) - seen[at, 0])
         within = (part > 0.0).all(axis=1) & (part.sum(axis=1) < 1.0)
-        over = depth[within, 0] + np.sum(part * (depth[:, 1:] - depth[:, :1]), axis=1)[within]
-        return bool(np.any(over > point @ view.eye + margin))
+        over = depth[at, 0] + np.sum(part * (depth[at, 1:] - depth[at, :1]), axis=1)
+        return bool(np.any(over[within] > point @ view.eye + margin))
 
-    return np.array([covered(point) for point in np.reshape(points, (-1, 3))], dtype=bool)
+    return np.array([covered(*of) for of in zip(points, near)], dtype=bool)
 
 
 class Space:
@@ -128,7 +138,10 @@ class Space:
         """Elements (n_frames, n_elem, 4, 3), later frames over earlier ones.
 
         ``style``: of a ``PolyCollection``; ``array`` (n_frames, n_elem) and ``norm`` colour them.
+        Edges of more than ``MOST_OUTLINED`` elements are not drawn.
         """
+        if frames.shape[1] > MOST_OUTLINED:
+            edge = "face"
         polygons = PolyCollection([], edgecolor=edge, linewidth=line, joinstyle="round",
                                   clip_on=False, zorder=2, **style)
         polygons.set_rasterized(frames.shape[0] * frames.shape[1] > MOST_VECTORS)
@@ -143,6 +156,11 @@ class Space:
         polygons.set_verts(self.view(frames).reshape(-1, 4, 2))
         if values is not None:
             polygons.set_array(np.take_along_axis(values, order, axis=1).ravel())
+
+    def lines(self, ends, color="0.4", line=0.5):
+        """Straight lines between ``ends`` (n, 2, 3) [m]."""
+        self.axes.add_collection(LineCollection(self.view(ends), colors=color, linewidths=line,
+                                                clip_on=False, zorder=2), autolim=False)
 
     def arrow(self, tail, tip, covered=(False,), color=VERMILLION):
         """An arrow between two points (3,) [m]; those of its equal parts that are ``covered`` are

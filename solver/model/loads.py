@@ -167,7 +167,9 @@ def surface_load(nodes, quads, force, history=CONSTANT):
         area = area_factors(nodes[quads], point)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
-    return [NodalLoad(i, shares[i] * force, history) for i in np.unique(quads)]
+    loaded = np.unique(quads)
+    forces = shares[loaded, None] * force
+    return [NodalLoad(*of, history) for of in zip(loaded.tolist(), forces.tolist())]
 
 
 def _plain(item, **values):

@@ -240,7 +240,7 @@ def solve_mass(solver, rhs):
     2 GB for a factorization that nothing else needs.
     """
     if isinstance(solver, SuperLU):
-        matrix = csr_array(solver.matrix().T)  # symmetric: its columns are its rows
+        matrix = csr_array(solver.matrix().T, copy=True)  # symmetric: its columns are its rows
         matrix.eliminate_zeros()
         x, missed = cg(matrix, rhs, rtol=MASS_ERROR, maxiter=MOST_ITERATIONS,
                        M=diags_array(1.0 / matrix.diagonal()))

@@ -3,6 +3,7 @@
 An item adds its forces and its matrix at an iterate, on cells of nodes of its own.
 """
 
+from collections import defaultdict
 from typing import NamedTuple
 
 import numpy as np
@@ -34,16 +35,16 @@ class DeadLoads:
     """Nodal forces, weight, and moments about fixed axes, by their functions of time."""
 
     def __init__(self, model, numbering):
-        self._forces, self._moments = {}, _moments(model)
         self._shapes = numbering.n_dof, (len(model.nodes), 3)
+        self._forces = defaultdict(lambda: np.zeros(self._shapes[0]))
+        self._moments = _moments(model)
         for load in model.loads:
             if isinstance(load, NodalLoad):
-                pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
                 first = numbering.start[load.node]
-                pattern[first:first + 3] += load.force
+                self._forces[load.history][first:first + 3] += load.force
             elif isinstance(load, Gravity):
-                pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
-                pattern[numbering.translations] += np.outer(model.nodal_mass, load.acceleration)
+                self._forces[load.history][numbering.translations] += np.outer(
+                    model.nodal_mass, load.acceleration)
 
     def at(self, value):
         """``arguments.Loads`` with ``value(history)`` for each function of time."""
@@ -176,11 +177,10 @@ def at_factor(factor):
 
 def _moments(model):
     """``{history: (n_nodes, 3)}``, the nodal moments of a model [N m]."""
-    patterns = {}
+    patterns = defaultdict(lambda: np.zeros((len(model.nodes), 3)))
     for load in model.loads:
         if isinstance(load, NodalMoment):
-            pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
-            pattern[load.node] += load.moment
+            patterns[load.history][load.node] += load.moment
     return patterns
 
 
