@@ -207,6 +207,8 @@ class _Run:
             row[OBSERVED.get(name, name)] = value
         for name in RECORDED:
             row[name] = getattr(record, name)
+        row["load"] = record.loads.force / self._settings.dt
+        row["load_moment"] = record.loads.moment / self._settings.dt
         if record.impulses:
             row["reaction"] = record.impulses.force / self._settings.dt
             row["reaction_moment"] = record.impulses.moment / self._settings.dt

@@ -86,6 +86,7 @@ class Stepper:
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         work = self._work(problem, time, delta)
         reactions = self._reactions(problem, delta) if system.dofs.any_fixed else None
+        applied, _ = system.applied(state, problem.step, delta, problem.loads)
         before = place.observed
         self._before.take(state)
         try:
@@ -100,6 +101,7 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
+        record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))
             record.impulses = impulses.plus(reactions, dt)

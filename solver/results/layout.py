@@ -13,18 +13,23 @@ DYNAMICS = np.dtype([
     ("time", "f8"), ("kinetic_energy", "f8"), ("strain_energy", "f8"), ("external_work", "f8"),
     ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
     ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("load", "f8", 3), ("load_moment", "f8", 3),
     ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("iterations", "i4"),
     ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4")])
 """A row of a run, one a step; ``angular_momentum_printed`` is Eq. (50) as printed (one sum over
-nodes), ``reaction`` is the force of all supports at the generalized midpoint of the step that ends
-there, ``reaction_moment`` its moment about the origin, both zero in the first row."""
+nodes), ``load`` and ``reaction`` are the forces of all loads and of all supports at the generalized
+midpoint of the step that ends there, ``load_moment`` and ``reaction_moment`` their moments about
+the origin, all zero in the first row."""
 
 STATICS = np.dtype([
-    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("reaction_moment", "f8", 3),
-    ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
-"""A row of a static path: its load factor, the resultant of the reactions and its moment about the
-origin, iterations, load steps and factorizations with negative pivots since the row before, and the
-step (load factor or arc length) that is tried next."""
+    ("factor", "f8"), ("strain_energy", "f8"), ("load", "f8", 3), ("load_moment", "f8", 3),
+    ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("force_balance", "f8"),
+    ("moment_balance", "f8"), ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"),
+    ("next_step", "f8")])
+"""A row of a static path: its load factor, the resultants of loads and reactions and their moments
+about the origin, what is left of their sums (see ``Balance``), iterations, load steps and
+factorizations with negative pivots since the row before, and the step (load factor or arc length)
+that is tried next."""
 
 PROBE = {"_u": "displacement", "_v": "velocity"}
 """What a probe adds to the columns of a run in time, three numbers each, behind its name."""

@@ -17,6 +17,7 @@ from ..model.histories import CONSTANT
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor
+from ..system.reactions import static_balance
 from ..system.rounding import judge
 from ..system.system import System
 from .held import check_held
@@ -177,6 +178,13 @@ class Equilibrium:
         """``Reactions`` of the state, for which ``assemble`` was called last."""
         return self.system.reactions(self.state, self.place, STATIC,
                                      self.system.loads_by(at_factor(factor)))
+
+    def balance(self, factor, reactions):
+        """``Resultant`` of the loads and ``Balance`` of the state, as ``reactions``."""
+        loads, nodal = self.system.applied(self.state, STATIC, self._zero,
+                                           self.system.loads_by(at_factor(factor)))
+        nodal = np.zeros_like(reactions.forces) if nodal is None else nodal
+        return loads, static_balance(self.state.x, loads, nodal, reactions)
 
     def correction(self, factor, mixed):
         """The correction of the state under the loads of a factor."""

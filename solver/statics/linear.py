@@ -59,7 +59,7 @@ def solve_linear(model: Model, solver="skyline"):
     _residual(equilibrium, solution)
     reactions = equilibrium.reactions(1.0)
     return LinearResult(displacement, change[nodes.first[:-1]], change, reactions.forces,
-                        reactions.moments)
+                        reactions.moments, equilibrium.balance(1.0, reactions)[1])
 
 
 def _refine(equilibrium, solution):

@@ -100,6 +100,7 @@ class NormalCouples:
 
     Attributes:
         cells: (n, 4) nodes of these elements, the one with the moment first.
+        nodes: (m,) those with a moment.
     """
 
     def __init__(self, model):
@@ -112,6 +113,7 @@ class NormalCouples:
         around = corners[:, None] + np.arange(4)
         self.cells = np.ascontiguousarray(model.quads[elements[:, None], around % 4])
         nodes = self.cells[:, 0]
+        self.nodes = np.unique(nodes)
         shares = 1.0 / np.bincount(nodes, minlength=len(model.nodes))[nodes, None]
         self._patterns = {history: shares * pattern[nodes]
                           for history, pattern in patterns.items()}

@@ -17,9 +17,9 @@ from ..runtime import compiling  # noqa: F401 (it listens)
 from .coordinates import Charts
 from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver, solve_mass
-from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
+from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
-from .reactions import Supported
+from .reactions import NOTHING, Resultant, Supported, moment
 from .rounding import EPS
 from .state import blank_place
 
@@ -182,6 +182,23 @@ class System:
         x = state.x + (1.0 - step.alpha_f) * work.dx
         return self._supported.reactions(self.residual, work, x, loads.dead.moments,
                                          (work.p_end, place.start.p) if averaged else None)
+
+    def applied(self, state, step, delta, loads):
+        """``Resultant`` of the loads at the generalized midpoint of an increment, and their nodal
+        forces (n_nodes, 3); with loads other than forces that are dead, of the iterate that was
+        assembled last, of the same arguments."""
+        forces = loads.dead.forces if self.all_dead else self.residual.applied
+        if not forces.any() and self.all_dead:
+            return NOTHING, None
+        at = self.translations
+        nodal, x = forces[at], state.x + (1.0 - step.alpha_f) * delta[at]
+        total = moment(x, nodal) + loads.dead.moments.sum(axis=0)
+        for item in self._items:
+            if isinstance(item, NormalCouples):  # its forces have these moments
+                p = self._work.p_mid[self.model.directors.first[item.nodes]]
+                given = loads.dead.moments[item.nodes]
+                total -= np.sum(given * p, axis=1) @ p
+        return Resultant(nodal.sum(axis=0), total), nodal
 
     def _add_followers(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
