@@ -1,4 +1,4 @@
-"""Von Mises stresses on meshes of one family: a plate with a hole, and the roof under its weight."""
+"""Von Mises stresses and their limits: a plate with a hole, and the roof under its weight."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from corovec import NodalLoad, Support, solve_linear, stresses
 from ..case import Case, Row, at_least
 from ..geometry import surface
 from ..literature import MACNEAL
-from ..shells import SYMMETRY, plate
+from ..shells import plate
 from .linear import roof_under_weight
 
 OUTER = 4.0
