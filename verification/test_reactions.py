@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from corovec import (
+    EnergyProbe,
     Gravity,
     InputError,
     Newton,
@@ -16,6 +17,7 @@ from corovec import (
     ResultFileError,
     Scheme,
     Settings,
+    StressProbe,
     Support,
     TimeFunction,
     line_load,
@@ -23,6 +25,7 @@ from corovec import (
     read,
     simulate,
     solve_linear,
+    stresses,
 )
 from corovec.solver.dynamics.result import balance
 from corovec.solver.system.reactions import Supported
@@ -211,8 +214,8 @@ def test_wrong_reactions_break_the_balance(monkeypatch, wrong):
             found._replace(moment=1.01 * found.moment))
 
     def loads(self, *arguments):
-        found, nodal = applied(self, *arguments)
-        return found._replace(force=1.01 * found.force), nodal
+        found = applied(self, *arguments)
+        return found._replace(force=1.01 * found.force)
 
     if wrong == "load":
         monkeypatch.setattr(System, "applied", loads)
@@ -318,3 +321,40 @@ def test_changed_probe_is_damage(tmp_path):
 def test_wrong_probes(probes, told):
     with pytest.raises(InputError, match=told):
         simulate(cross_code_plate(1), Settings(dt=0.01, end_time=0.1), probes=probes)
+
+
+def test_probes_of_stresses_and_energies(tmp_path):
+    """What ``stresses`` and the history have; by number and by place, along a direction, in the
+    file."""
+    path, model = tmp_path / "run.h5", cross_code_plate(1)
+    settings = Settings(dt=0.01, end_time=0.5, frame_every=10)
+    centre = model.nodes[model.quads[7]].mean(axis=0) + (0.01, 0.0, 0.02)
+    result = simulate(model, settings, output=path, probes={
+        "own": StressProbe(7), "along": StressProbe(centre, (1.0, 0.0, 0.0)), "tip": 5,
+        "all": EnergyProbe(), "part": EnergyProbe([7, 3])})
+    for name, axes in (("own", None), ("along", (1.0, 0.0, 0.0))):
+        found, probe = stresses(model, result.state, axes), result.probes[name]
+        for what, values in (("membrane_force", found.n), ("moment", found.m),
+                             ("shear_force", found.q), ("von_mises", found.von_mises)):
+            # strains are differences of numbers of order one, of few digits where they are small
+            assert np.allclose(probe[what][-1], values[7], rtol=1e-9,
+                               atol=1e-9 * np.abs(values).max())
+    energy = result.probes["all"]["strain_energy"]
+    assert np.allclose(energy, result.history["strain_energy"], rtol=1e-13)
+    contents = read(path)
+    assert np.array_equal(contents["history"], result.history)
+    assert np.allclose(contents["strain_energy"][:, [3, 7]].sum(axis=1),
+                       result.probes["part"]["strain_energy"][::10], rtol=1e-13)
+    assert contents["description"]["probes"]["along"]["element"] == 7
+    assert {"own_n_xx", "along_q_yz", "own_von_mises_top"} <= set(result.frame())
+
+
+@pytest.mark.parametrize("make, told", [
+    (lambda: StressProbe("root"), "at must be three numbers|at must be an integer"),
+    (lambda: EnergyProbe([]), "elements must not be empty"),
+    (lambda: StressProbe(900), "probes: a: element 900 does not exist"),
+    (lambda: StressProbe(1, (0.0, 0.0, 1.0)), "probes: a: axes .* are no direction in the surface"),
+    (lambda: EnergyProbe([1, 900]), "probes: a: element 900 does not exist")])
+def test_wrong_probes_of_elements(make, told):
+    with pytest.raises(InputError, match=told):
+        simulate(cross_code_plate(1), Settings(dt=0.01, end_time=0.1), probes={"a": make()})

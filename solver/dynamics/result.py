@@ -8,7 +8,7 @@ import numpy as np
 from ..checks import number
 from ..errors import InputError
 from ..results.frame import data_frame, rows_of
-from ..results.layout import PROBE, probe_names
+from ..results.layout import PROBES, probe_kinds
 from ..results.stresses import Configuration
 from ..signatures import checked
 from ..system.reactions import Balance, share
@@ -97,9 +97,13 @@ class Result:
 
     @property
     def probes(self):
-        """``{name: {"displacement": (n_steps + 1, 3) [m], "velocity": [m/s]}}``."""
-        return {name: {what: self.history[f"{name}{end}"] for end, what in PROBE.items()}
-                for name in probe_names(self.history.dtype)}
+        """``{name: {what: (n_steps + 1, ...)}}``: of a node ``displacement`` [m] and ``velocity``
+        [m/s]; of a ``StressProbe`` ``membrane_force`` (xx, yy, xy) [N/m], ``moment`` [N],
+        ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
+        ``EnergyProbe`` ``strain_energy`` [J]."""
+        return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
+                       PROBES[kind].items()}
+                for name, kind in probe_kinds(self.history.dtype).items()}
 
     def frame(self):
         """The history as a ``pandas.DataFrame``, see ``data_frame``."""

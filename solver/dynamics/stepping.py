@@ -86,7 +86,7 @@ class Stepper:
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         work = self._work(problem, time, delta)
         reactions = self._reactions(problem, delta) if system.dofs.any_fixed else None
-        applied, _ = system.applied(state, problem.step, delta, problem.loads)
+        applied = system.applied(state, problem.step, delta, problem.loads)
         before = place.observed
         self._before.take(state)
         try:

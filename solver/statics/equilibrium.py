@@ -181,9 +181,9 @@ class Equilibrium:
 
     def balance(self, factor, reactions):
         """``Resultant`` of the loads and ``Balance`` of the state, as ``reactions``."""
-        loads, nodal = self.system.applied(self.state, STATIC, self._zero,
-                                           self.system.loads_by(at_factor(factor)))
-        nodal = np.zeros_like(reactions.forces) if nodal is None else nodal
+        system, applied = self.system, self.system.loads_by(at_factor(factor))
+        loads = system.applied(self.state, STATIC, self._zero, applied)
+        nodal = system.residual.applied[system.translations]
         return loads, static_balance(self.state.x, loads, nodal, reactions)
 
     def correction(self, factor, mixed):

@@ -78,13 +78,6 @@ def static_balance(x, loads, nodal, reactions):
                    share(np.linalg.norm(loads.moment + reactions.moment), turning))
 
 
-def moment(x, forces):
-    """``sum_i x_i x f_i`` (3,) [N m]."""
-    products = x.T @ forces
-    return np.array([products[1, 2] - products[2, 1], products[2, 0] - products[0, 2],
-                     products[0, 1] - products[1, 0]])
-
-
 def no_reactions(n_nodes):
     """``Reactions`` of zeros."""
     return Reactions(*np.zeros((2, n_nodes, 3)), *np.zeros((2, 3)))

@@ -19,7 +19,7 @@ from .failure import NotConverged
 from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
-from .reactions import NOTHING, Resultant, Supported, moment
+from .reactions import Resultant, Supported
 from .rounding import EPS
 from .state import blank_place
 
@@ -71,6 +71,7 @@ class System:
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
+        self._resultant = Call(observation.resultant)
         self._work = nodal_work(len(model.nodes), len(model.normals))
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
@@ -184,21 +185,18 @@ class System:
                                          (work.p_end, place.start.p) if averaged else None)
 
     def applied(self, state, step, delta, loads):
-        """``Resultant`` of the loads at the generalized midpoint of an increment, and their nodal
-        forces (n_nodes, 3); with loads other than forces that are dead, of the iterate that was
-        assembled last, of the same arguments."""
+        """``Resultant`` of the loads at the generalized midpoint of an increment; with loads other
+        than forces that are dead, of the iterate that was assembled last, of the same arguments."""
         forces = loads.dead.forces if self.all_dead else self.residual.applied
-        if not forces.any() and self.all_dead:
-            return NOTHING, None
-        at = self.translations
-        nodal, x = forces[at], state.x + (1.0 - step.alpha_f) * delta[at]
-        total = moment(x, nodal) + loads.dead.moments.sum(axis=0)
-        for item in self._items:
-            if isinstance(item, NormalCouples):  # its forces have these moments
-                p = self._work.p_mid[self.model.directors.first[item.nodes]]
-                given = loads.dead.moments[item.nodes]
-                total -= np.sum(given * p, axis=1) @ p
-        return Resultant(nodal.sum(axis=0), total), nodal
+        total = self._resultant(self.numbering.start, state.x, delta, 1.0 - step.alpha_f, forces)
+        force, moment = total[:3], total[3:]
+        if not self.all_dead:
+            moment += loads.dead.moments.sum(axis=0)
+            for item in self._items:
+                if isinstance(item, NormalCouples):  # its forces have these moments
+                    p = self._work.p_mid[self.model.directors.first[item.nodes]]
+                    moment -= np.sum(loads.dead.moments[item.nodes] * p, axis=1) @ p
+        return Resultant(force, moment)
 
     def _add_followers(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""
