@@ -113,7 +113,9 @@ class StaticResult:
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
                       "load": self.load, "load_moment": self.load_moment,
                       "reaction": self.reactions.sum(axis=1),
-                      "reaction_moment": self.reaction_moment, "iterations": self.iterations,
+                      "reaction_moment": self.reaction_moment,
+                      "force_balance": self.balances[:, 0],
+                      "moment_balance": self.balances[:, 1], "iterations": self.iterations,
                       "steps": self.steps})
 
 
