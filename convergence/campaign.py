@@ -18,7 +18,7 @@ from typing import Annotated
 
 from corovec import Configuration, InputError, ResultFileError, read, simulate, warm_up
 from corovec.solver.checks import shown
-from corovec.solver.dynamics.simulation import probes_of
+from corovec.solver.dynamics.probes import probes_of
 from corovec.solver.results.files import replacing, writable_folder
 from corovec.solver.runtime.execution import Workers, complete, failure, processes
 from corovec.solver.signatures import Count, File, checked

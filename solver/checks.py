@@ -32,6 +32,8 @@ NOT_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloatin
 
 def number(name, value, unit=""):
     """A finite float; bools, strings, arrays and masked values are refused."""
+    if type(value) is float and abs(value) < HUGE:  # most are, and large meshes have many
+        return value
     try:
         if isinstance(value, NOT_NUMBERS) or not single(value) or np.ma.is_masked(value):
             raise TypeError

@@ -206,6 +206,7 @@ def _of_static(result, shell, output):
         "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
         "reaction": result.reactions[-1].sum(axis=0).tolist(),
         "reaction_moment": result.reaction_moment[-1].tolist(),
+        "balance": result.balance._asdict(),
         "iterations": int(result.iterations.sum()), "output": output and str(output)}
 
 
@@ -330,7 +331,7 @@ class _Progress:
 
 def _summary(history, unloaded_at, supported):
     """What both ``run`` and ``info`` say of a history."""
-    from .dynamics.result import drift
+    from .dynamics.result import balance, drift
     last, changes = history[-1], drift(history, unloaded_at, supported)
     iterations = history["iterations"][1:]
     return {
@@ -341,6 +342,7 @@ def _summary(history, unloaded_at, supported):
         "external_work": float(last["external_work"]),
         "linear_momentum": last["linear_momentum"].tolist(),
         "angular_momentum": last["angular_momentum"].tolist(),
+        "balance": balance(history)._asdict(),
         "unloaded_at": None if math.isinf(unloaded_at) else unloaded_at,
         "drift_since_unloading": None if changes is None else vars(changes),
         "iterations_per_step": float(iterations.mean()) if len(iterations) else 0.0,
@@ -356,6 +358,8 @@ def _static_summary(history):
         "factor": float(last["factor"]), "largest_factor": float(history["factor"].max()),
         "strain_energy": float(last["strain_energy"]), "reaction": last["reaction"].tolist(),
         "reaction_moment": last["reaction_moment"].tolist(),
+        "balance": {"forces": float(history["force_balance"].max()),
+                    "moments": float(history["moment_balance"].max())},
         "iterations": int(history["iterations"].sum()), "load_steps": int(history["steps"].sum()),
         "indefinite_tangents": _indefinite(history)}
 

@@ -18,9 +18,10 @@ from .suites import (
     patch,
     rotations,
     shear,
+    stresses,
 )
 
-SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions,
+SUITES = (patch, kernel, linear, shear, stresses, nonlinear, rotations, dynamics, junctions,
           benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 

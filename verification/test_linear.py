@@ -7,8 +7,10 @@ import scipy.linalg
 from corovec import InputError
 from corovec.solver.dynamics.scheme import Scheme
 from corovec.solver.kernels import gauss, skyline
+from corovec.solver.kernels.arguments import MASS_ONLY
+from corovec.solver.system import linear
 from corovec.solver.system.failure import SingularMatrix
-from corovec.solver.system.linear import Banded, Skyline, SuperLU, make_solver
+from corovec.solver.system.linear import Banded, Skyline, SuperLU, make_solver, solve_mass
 from corovec.solver.system.numbering import number_dofs
 from corovec.verification.helpers import assemble, full_matrix, make_system
 from corovec.verification.models import cross_code_plate, rectangle, warped_patch
@@ -134,3 +136,35 @@ def test_unknown_solver():
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(InputError, match="solver 'cramer' is unknown, must be one of: auto"):
         make_solver("cramer", number_dofs((model.quads,), np.full(4, 2)))
+
+
+def test_masses_need_no_factorization(monkeypatch):
+    """Accelerations at the start by conjugate gradients, as by a factorization, which there is
+    where they do not converge."""
+    rng = np.random.default_rng(2)
+    model = warped_patch(rng, (5, 4))
+    systems = [make_system(model, kind) for kind in ("superlu", "skyline")]
+    found = []
+    for system in systems:
+        n = system.numbering.n_dof
+        assemble(system, system.initial_state(), MASS_ONLY, np.zeros(n))
+        b, A = np.cos(np.arange(n)), full_matrix(system)
+        found.append(solve_mass(system.solver, b))
+        # the residual of conjugate gradients is 1e-14 of b, the condition of the matrix 1e3
+        assert np.abs(found[-1] - np.linalg.solve(A, b)).max() < 1e-12 * np.abs(found[-1]).max()
+    assert systems[0].solver._factor is None
+    monkeypatch.setattr(linear, "MOST_ITERATIONS", 3)
+    again = solve_mass(systems[0].solver, b)
+    assert systems[0].solver._factor is not None
+    assert np.abs(again - found[0]).max() < 1e-12 * np.abs(again).max()
+
+
+def test_full_matrix_of_a_lower_triangle():
+    """Pattern and places of the values: the whole matrix is that of both triangles."""
+    rng = np.random.default_rng(3)
+    solver = make_system(warped_patch(rng, (4, 3)), "superlu").solver
+    solver.values[:] = rng.normal(size=len(solver.values))
+    lower = np.tril(solver.matrix().toarray())
+    assert np.count_nonzero(lower) == len(solver.values)
+    assert np.array_equal(solver.matrix().toarray(), lower + np.tril(lower, -1).T)
+    assert solver.matrix().has_sorted_indices

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from corovec import (
+    EnergyProbe,
+    Gravity,
     InputError,
     Newton,
     NodalLoad,
@@ -15,6 +17,7 @@ from corovec import (
     ResultFileError,
     Scheme,
     Settings,
+    StressProbe,
     Support,
     TimeFunction,
     line_load,
@@ -22,7 +25,11 @@ from corovec import (
     read,
     simulate,
     solve_linear,
+    stresses,
 )
+from corovec.solver.dynamics.result import balance
+from corovec.solver.system.reactions import Supported
+from corovec.solver.system.system import System
 from corovec.verification.models import cross_code_plate, folded, rectangle
 from corovec.verification.shells import CLAMPED, strip
 
@@ -174,6 +181,79 @@ def test_frames_have_reactions(tmp_path):
     assert "reaction" not in read(free) and not result.history["reaction"].any()
 
 
+# ------------------------------------------------------------------ global balance
+
+EVERYTHING = [NodalLoad(27, (0.5, 1.0, 3.0), PULSE), NodalMoment(26, (0.1, 0.2, 0.3), PULSE),
+              Pressure(2.0, None, PULSE), Gravity((0.0, 0.0, -1.0))]
+
+
+def of_all_kinds(held):
+    plate = clamped([*EVERYTHING, NodalMoment(0, (0.3, 0.1, 0.2))] if held else EVERYTHING)
+    return plate if held else replace(plate, supports=[])
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_balance_of_a_run(held):
+    """Forces of all kinds of loads and reactions change the momentum, to what Newton's iteration
+    leaves (measured 1e-13); moments to the second order in dt."""
+    model, newton = of_all_kinds(held), Newton("full", 1e-24)
+    coarse, fine = (run(model, steps, 0.4 / steps, newton) for steps in (40, 80))
+    assert max(coarse.balance.forces, fine.balance.forces) < 1e-11
+    assert fine.balance.moments < 0.35 * coarse.balance.moments < 1e-5
+    assert run(model, newton=Newton()).balance.forces < 1e-5
+
+
+@pytest.mark.parametrize("wrong", ["forces", "moments", "load"])
+def test_wrong_reactions_break_the_balance(monkeypatch, wrong):
+    """A hundredth too much of a reaction, or of a load."""
+    right, applied = Supported.reactions, System.resultant_of_loads
+
+    def reactions(self, *arguments):
+        found = right(self, *arguments)
+        return found._replace(force=1.01 * found.force) if wrong == "forces" else (
+            found._replace(moment=1.01 * found.moment))
+
+    def loads(self, *arguments):
+        found = applied(self, *arguments)
+        return found._replace(force=1.01 * found.force)
+
+    if wrong == "load":
+        monkeypatch.setattr(System, "resultant_of_loads", loads)
+    else:
+        monkeypatch.setattr(Supported, "reactions", reactions)
+    # on a stiff shell most of a reaction swings to and fro: its impulse is what is left of that
+    for model in (of_all_kinds(True), clamped(EVERYTHING[3:])):
+        left = run(model).balance
+        static = load_control(model, [1.0]).balance
+        for found in (left, static):
+            assert (found.moments if wrong == "moments" else found.forces) > 2e-4
+
+
+def test_balance_of_equilibria():
+    """Of load control and linear statics, at a junction that is clamped as well."""
+    fold = replace(folded(), supports=[Support((6, 7, 8), CLAMPED)], loads=[
+        NodalLoad(13, (1e-5, 2e-5, 0.0)), *(NodalMoment(k, (1e-5, 2e-5, 3e-5)) for k in (7, 12))])
+    for model, exact in ((of_all_kinds(True), 1e-9), (fold, 1e-7)):
+        path = load_control(model, [0.1, 0.2])
+        assert path.balances.shape == (2, 2) and max(path.balance) < exact
+        assert np.allclose(path.load + path.reactions.sum(axis=1), 0.0, atol=1e-8)
+        # a linear solution has its moments about the initial places
+        assert max(solve_linear(model).balance) < 1e-12
+
+
+def test_balance_in_files(tmp_path):
+    """The history of a file has what the result has, also one that is resumed."""
+    path = tmp_path / "run.h5"
+    settings = Settings(dt=0.01, end_time=0.2, frame_every=5)
+    result = simulate(of_all_kinds(True), settings, output=path)
+    history = read(path)["history"]
+    assert balance(history) == result.balance
+    assert {"load_x", "load_moment_z"} <= set(result.frame())
+    load_control(of_all_kinds(True), [0.1], output=path, overwrite=True)
+    with pytest.raises(InputError, match="must be that of a run in time"):
+        balance(read(path)["history"])
+
+
 # ------------------------------------------------------------------ probes
 
 def test_probes(tmp_path):
@@ -241,3 +321,40 @@ def test_changed_probe_is_damage(tmp_path):
 def test_wrong_probes(probes, told):
     with pytest.raises(InputError, match=told):
         simulate(cross_code_plate(1), Settings(dt=0.01, end_time=0.1), probes=probes)
+
+
+def test_probes_of_stresses_and_energies(tmp_path):
+    """What ``stresses`` and the history have; by number and by place, along a direction, in the
+    file."""
+    path, model = tmp_path / "run.h5", cross_code_plate(1)
+    settings = Settings(dt=0.01, end_time=0.5, frame_every=10)
+    centre = model.nodes[model.quads[7]].mean(axis=0) + (0.01, 0.0, 0.02)
+    result = simulate(model, settings, output=path, probes={
+        "own": StressProbe(7), "along": StressProbe(centre, (1.0, 0.0, 0.0)), "tip": 5,
+        "all": EnergyProbe(), "part": EnergyProbe([7, 3])})
+    for name, axes in (("own", None), ("along", (1.0, 0.0, 0.0))):
+        found, probe = stresses(model, result.state, axes), result.probes[name]
+        for what, values in (("membrane_force", found.n), ("moment", found.m),
+                             ("shear_force", found.q), ("von_mises", found.von_mises)):
+            # strains are differences of numbers of order one, of few digits where they are small
+            assert np.allclose(probe[what][-1], values[7], rtol=1e-9,
+                               atol=1e-9 * np.abs(values).max())
+    energy = result.probes["all"]["strain_energy"]
+    assert np.allclose(energy, result.history["strain_energy"], rtol=1e-13)
+    contents = read(path)
+    assert np.array_equal(contents["history"], result.history)
+    assert np.allclose(contents["strain_energy"][:, [3, 7]].sum(axis=1),
+                       result.probes["part"]["strain_energy"][::10], rtol=1e-13)
+    assert contents["description"]["probes"]["along"]["element"] == 7
+    assert {"own_n_xx", "along_q_yz", "own_von_mises_top"} <= set(result.frame())
+
+
+@pytest.mark.parametrize("make, told", [
+    (lambda: StressProbe("root"), "at must be three numbers|at must be an integer"),
+    (lambda: EnergyProbe([]), "elements must not be empty"),
+    (lambda: StressProbe(900), "probes: a: element 900 does not exist"),
+    (lambda: StressProbe(1, (0.0, 0.0, 1.0)), "probes: a: axes .* are no direction in the surface"),
+    (lambda: EnergyProbe([1, 900]), "probes: a: element 900 does not exist")])
+def test_wrong_probes_of_elements(make, told):
+    with pytest.raises(InputError, match=told):
+        simulate(cross_code_plate(1), Settings(dt=0.01, end_time=0.1), probes={"a": make()})

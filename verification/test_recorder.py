@@ -521,7 +521,7 @@ def test_a_history_becomes_a_data_frame(tmp_path, model):
     for k, c in enumerate("xyz"):
         assert np.array_equal(table[f"angular_momentum_{c}"],
                               result.history["angular_momentum"][:, k])
-    assert len(table.columns) == len(result.history.dtype.names) + 2 * 5  # five vectors
+    assert len(table.columns) == len(result.history.dtype.names) + 2 * 7  # seven vectors
     assert table.equals(data_frame(read(tmp_path / "run.h5")["history"])[table.columns])
     for wrong in (None, "run.h5", read(tmp_path / "run.h5"), result):
         with pytest.raises(InputError, match=r"history must be that of a result, as read\(path\)"

@@ -12,7 +12,7 @@ from ..kernels.arguments import Factors
 from ..system.failure import NotConverged
 from ..system.linear import NOT_TOLD
 from ..system.loads import Applied
-from ..system.reactions import Reactions
+from ..system.reactions import NOTHING, Reactions, Resultant
 from ..system.state import Place, State
 
 MAX_DAMPINGS = 4
@@ -66,6 +66,7 @@ class StepRecord:
         halvings: how often it was halved.
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
         impulses: ``Reactions`` times the length of the step; None of a shell without supports.
+        loads: ``Resultant`` of the loads times the length of the step.
     """
 
     iterations: int = 0
@@ -74,6 +75,7 @@ class StepRecord:
     halvings: int = 0
     indefinite: int = 0
     impulses: Reactions | None = None
+    loads: Resultant = NOTHING
 
     def count(self, negative):
         """Count a matrix with ``negative`` negative pivots, None where the solver does not tell."""

@@ -8,9 +8,10 @@ import numpy as np
 from ..checks import number
 from ..errors import InputError
 from ..results.frame import data_frame, rows_of
-from ..results.layout import PROBE, probe_names
+from ..results.layout import PROBES, probe_kinds
 from ..results.stresses import Configuration
 from ..signatures import checked
+from ..system.reactions import Balance, share
 from .newton import Seconds
 from .settings import Settings
 
@@ -90,10 +91,19 @@ class Result:
                              director_rates=self.director_rates)
 
     @property
+    def balance(self):
+        """``Balance`` of the run, see ``balance``."""
+        return balance(self.history)
+
+    @property
     def probes(self):
-        """``{name: {"displacement": (n_steps + 1, 3) [m], "velocity": [m/s]}}``."""
-        return {name: {what: self.history[f"{name}{end}"] for end, what in PROBE.items()}
-                for name in probe_names(self.history.dtype)}
+        """``{name: {what: (n_steps + 1, ...)}}``: of a node ``displacement`` [m] and ``velocity``
+        [m/s]; of a ``StressProbe`` ``membrane_force`` (xx, yy, xy) [N/m], ``moment`` [N],
+        ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
+        ``EnergyProbe`` ``strain_energy`` [J]."""
+        return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
+                       PROBES[kind].items()}
+                for name, kind in probe_kinds(self.history.dtype).items()}
 
     def frame(self):
         """The history as a ``pandas.DataFrame``, see ``data_frame``."""
@@ -113,6 +123,32 @@ def total_energy(history: Motion):
         InputError: no history of a run.
     """
     return history["kinetic_energy"] + history["strain_energy"]
+
+
+@checked
+def balance(history: Motion):
+    """``Balance`` of momenta with the impulses of loads and reactions, the largest of all steps.
+
+    ``L(t) - L(0) - int (F + R) dt`` with the linear momentum L, the loads F, the reactions R, and
+    the same of the angular momentum about the origin; relative to the largest of ``sum m |v|``
+    (``sum m |x - x_c| |v|``) and of the impulses ``int |F| dt``, ``int |R| dt``.
+
+    With ``rho_inf = 1`` forces balance but for what Newton's iteration leaves, and moments to the
+    second order in dt; with less, both to the order of the damping.
+
+    Raises:
+        InputError: no history of a run.
+    """
+    dt = np.diff(history["time"], prepend=history["time"][0])
+
+    def left(momentum, scale, *forces):
+        impulses = [dt[:, None] * history[name] for name in forces]
+        changed = history[momentum] - history[momentum][0] - np.cumsum(sum(impulses), axis=0)
+        sizes = [np.linalg.norm(impulse, axis=1).sum() for impulse in impulses]
+        return share(np.linalg.norm(changed, axis=1).max(), max(*sizes, history[scale].max()))
+
+    return Balance(left("linear_momentum", "momentum_scale", "load", "reaction"),
+                   left("angular_momentum", "angular_scale", "load_moment", "reaction_moment"))
 
 
 def unloaded_row(history, unloaded_at):

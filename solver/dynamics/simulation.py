@@ -7,12 +7,10 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import existing, floats, integer, names_columns, shown, single, vector
+from ..checks import floats
 from ..errors import InputError
-from ..model.mesh import node_at
 from ..model.model import Model
 from ..results.files import output_path
-from ..results.layout import probed
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration
@@ -25,26 +23,13 @@ from ..system.reactions import no_reactions
 from ..system.system import System
 from .balance import Halvings, review
 from .newton import StepRecord
+from .probes import Probes, probes_of
 from .result import Result
 from .settings import Settings
 from .stepping import Stepper
 
-MOST_PROBES = 100
-"""Each takes 48 bytes a step."""
-
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the impulse."""
-
-
-def probes_of(name, given):
-    """Nodes, or places, by names that are fit for columns."""
-    if not isinstance(given, dict) or len(given) > MOST_PROBES:
-        raise InputError(f"{name} must be a dictionary of at most {MOST_PROBES} nodes or places by "
-                         f"their names, is {shown(given)}")
-    for key in given:
-        if not names_columns(key):
-            raise InputError(f"{name}: a name is letters, digits and _, is {shown(key)}")
-    return dict(sorted(given.items()))
 
 
 @checked
@@ -64,7 +49,7 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         progress: called after every step with (step, n_steps, history row).
         case: name of the benchmark or the model file, stored with the result.
         probes: ``{name: node}``, or its initial place (x, y, z) [m]: nodes whose displacement and
-            velocity are kept of every step.
+            velocity are kept of every step; or a ``StressProbe``, or an ``EnergyProbe``.
         start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
             with its velocities; supports hold what is held where it is.
 
@@ -90,13 +75,13 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
 
 
 def check_run(model, settings, probes):
-    """``probes`` by their nodes, of a run that can begin.
+    """``Probes`` of a run that can begin.
 
     Raises:
         InputError: as of ``simulate``, for these arguments.
     """
-    probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
-    _check_memory(model, settings, probed(probes))
+    probes = Probes(model, probes or {})
+    _check_memory(model, settings, probes.row)
     _check_impulses(model, settings)
     return probes
 
@@ -118,18 +103,6 @@ def _start(model, start):
     if off.max() > 1e-9:
         raise InputError(f"start.directors[{off.argmax()}] is no unit vector")
     return Configuration(u, p, False, v, w)
-
-
-def _node(model, name, place):
-    """Number of the node of a probe that is given by it or by its place."""
-    if single(place):
-        return existing(f"probes: {name}: node", (integer(f"probes: {name}", place),),
-                        len(model.nodes))[0]
-    try:
-        return node_at(model.nodes, vector(f"probes: {name}", place, "m"))
-    except InputError as error:
-        message = str(error)
-        raise InputError(message if name in message else f"probes: {name}: {message}") from None
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
@@ -175,7 +148,8 @@ class _Run:
         system.driven.check(self.state, at_time(0.0))
         system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
         self.place = system.observe(self.state)
-        self.history = np.zeros(settings.n_steps + 1, dtype=probed(probes))
+        self.history = np.zeros(settings.n_steps + 1, dtype=probes.row)
+        probes.attach(self.history)
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
@@ -186,7 +160,7 @@ class _Run:
         """Write to a new file, or take over the state of the one to be continued."""
         model, settings = self._system.model, self._settings
         description = describe(model, settings, self._system.solver.name, case,
-                               self._probes, self._start)
+                               self._probes.description, self._start)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
                                                               self.state, settings.frame_steps)
@@ -218,11 +192,12 @@ class _Run:
             row[OBSERVED.get(name, name)] = value
         for name in RECORDED:
             row[name] = getattr(record, name)
+        row["load"] = record.loads.force / self._settings.dt
+        row["load_moment"] = record.loads.moment / self._settings.dt
         if record.impulses:
             row["reaction"] = record.impulses.force / self._settings.dt
             row["reaction_moment"] = record.impulses.moment / self._settings.dt
-        for name, node in self._probes.items():
-            row[f"{name}_u"], row[f"{name}_v"] = self._system.at_node(self.state, node)
+        self._probes.write(step, self._system, self.state, self.place)
 
     def _frame(self, step, record):
         system, reactions = self._system, None

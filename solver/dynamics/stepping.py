@@ -94,6 +94,7 @@ class Stepper:
         if system.dofs.any_fixed:
             reactions = self._reactions(problem, delta)
             driven = system.work_of_supports(delta)
+        applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         if system.damping:
             braked = system.damping.braked(Iterate(state, problem.step, delta))
         before, lost = place.observed, 0.0
@@ -120,6 +121,7 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
+        record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))
             record.impulses = impulses.plus(reactions, dt)

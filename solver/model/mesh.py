@@ -155,6 +155,13 @@ def element_edges(quads):
     return np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
+def boundary(quads):
+    """(n, 2) edges of one element only, from each node to the next round that element."""
+    edges = element_edges(quads)
+    _, first, uses = np.unique(edge_keys(edges), return_index=True, return_counts=True)
+    return edges[np.sort(first[uses == 1])]
+
+
 def _check_nodes(nodes, quads):
     """No free-floating node, no two nodes at one place."""
     used = np.zeros(len(nodes), dtype=bool)

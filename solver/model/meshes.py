@@ -17,10 +17,9 @@ from . import mesh_files
 from .directors import orient
 from .mesh import (
     HANGING,
+    boundary,
     check_mesh,
     coincident,
-    edge_keys,
-    element_edges,
     line_nodes,
     node_numbers,
 )
@@ -206,9 +205,7 @@ class Mesh:
 
     def boundary(self):
         """(n, 2) edges of one element only, from each node to the next round that element."""
-        edges = element_edges(self.quads)
-        _, first, uses = np.unique(edge_keys(edges), return_index=True, return_counts=True)
-        return edges[np.sort(first[uses == 1])]
+        return boundary(self.quads)
 
     @checked
     def line(self, start: Vector, end: Vector):

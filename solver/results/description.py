@@ -100,9 +100,19 @@ class _Description(_Strict):
     machine: _Machine
 
 
+class _StressProbe(_Strict):
+    element: int
+    axes: list[float] | None
+
+
+class _EnergyProbe(_Strict):
+    elements: int
+    checksum: str
+
+
 class _Dynamics(_Description):
     settings: _Settings
-    probes: dict[str, int]
+    probes: dict[str, int | _StressProbe | _EnergyProbe]
     start: str | None
 
 
@@ -129,7 +139,7 @@ def parsed(text, sizes):
     for place, told, there in (
             ("supported", description["supported"], sizes.supported),
             ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
-            ("probes", sorted(description.get("probes", ())), sorted(sizes.probes))):
+            ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes)))):
         if told != there:
             raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description

@@ -19,6 +19,10 @@ def rows_of(name, values):
     return values
 
 
+COMPONENTS = {"_n": ("xx", "yy", "xy"), "_m": ("xx", "yy", "xy"), "_q": ("xz", "yz"),
+              "_von_mises": ("top", "middle", "bottom")}
+"""What the numbers of a column that ends so are called; of any other x, y, z."""
+
 Rows = Annotated[np.ndarray, rows_of]
 
 
@@ -41,6 +45,7 @@ def table(columns):
     from pandas import DataFrame
     flat = {}
     for name, values in columns.items():
+        parts = next((parts for end, parts in COMPONENTS.items() if name.endswith(end)), "xyz")
         flat |= ({name: values} if values.ndim == 1 else
-                 {f"{name}_{c}": values[:, k] for k, c in enumerate("xyz")})
+                 {f"{name}_{part}": values[:, k] for k, part in enumerate(parts)})
     return DataFrame(flat)

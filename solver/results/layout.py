@@ -14,41 +14,54 @@ DYNAMICS = np.dtype([
     ("support_work", "f8"), ("dissipated", "f8"),
     ("linear_momentum", "f8", 3), ("angular_momentum", "f8", 3),
     ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
+    ("load", "f8", 3), ("load_moment", "f8", 3),
     ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("iterations", "i4"),
     ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4")])
 """A row of a run, one a step; ``support_work`` of supports that move, ``dissipated`` by damping;
-``angular_momentum_printed`` is Eq. (50) as printed (one sum over
-nodes), ``reaction`` is the force of all supports at the generalized midpoint of the step that ends
-there, ``reaction_moment`` its moment about the origin, both zero in the first row."""
+``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes), ``load`` and ``reaction``
+are the forces of all loads and of all supports at the generalized midpoint of the step that ends
+there, ``load_moment`` and ``reaction_moment`` their moments about the origin, all zero in the first
+row; springs to the ground and damping count among the loads."""
 
 STATICS = np.dtype([
-    ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("reaction_moment", "f8", 3),
-    ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
-"""A row of a static path: its load factor, the resultant of the reactions and its moment about the
-origin, iterations, load steps and factorizations with negative pivots since the row before, and the
-step (load factor or arc length) that is tried next."""
+    ("factor", "f8"), ("strain_energy", "f8"), ("load", "f8", 3), ("load_moment", "f8", 3),
+    ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("force_balance", "f8"),
+    ("moment_balance", "f8"), ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"),
+    ("next_step", "f8")])
+"""A row of a static path: its load factor, the resultants of loads and reactions and their moments
+about the origin, what is left of their sums (see ``Balance``), iterations, load steps and
+factorizations with negative pivots since the row before, and the step (load factor or arc length)
+that is tried next."""
 
-PROBE = {"_u": "displacement", "_v": "velocity"}
-"""What a probe adds to the columns of a run in time, three numbers each, behind its name."""
+PROBES = {
+    "node": {"_u": ("displacement", (3,)), "_v": ("velocity", (3,))},
+    "stress": {"_n": ("membrane_force", (3,)), "_m": ("moment", (3,)), "_q": ("shear_force", (2,)),
+               "_von_mises": ("von_mises", (3,))},
+    "energy": {"_strain_energy": ("strain_energy", ())}}
+"""What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
+the shape of it."""
 
 TIMES = "VTKHDF/Steps/Values"
 
 
-def probed(probes):
-    """The type of a row of a run with probes of these names."""
-    own = [(f"{name}{end}", "f8", 3) for name in probes for end in PROBE]
+def probed(kinds):
+    """The type of a row of a run with probes, ``{name: kind}``."""
+    own = [(f"{name}{end}", "f8", shape)
+           for name, kind in kinds.items() for end, (_, shape) in PROBES[kind].items()]
     return np.dtype([*DYNAMICS.descr, *own])
 
 
-def probe_names(row):
-    """Names of the probes in a type of rows."""
-    return tuple(name[:-2] for name in row.names if name[-2:] == "_u")
+def probe_kinds(row):
+    """``{name: kind}`` of the probes in a type of rows."""
+    firsts = {next(iter(ends)): kind for kind, ends in PROBES.items()}
+    return {name.removesuffix(end): kind for name in row.names if name not in DYNAMICS.names
+            for end, kind in firsts.items() if name.endswith(end)}
 
 
 def columns(row):
     """``{column: its place in a file}`` of a type of rows."""
-    own = {f"{name}{end}": f"probes/{name}/{what}"
-           for name in probe_names(row) for end, what in PROBE.items()}
+    own = {f"{name}{end}": f"probes/{name}/{what}" for name, kind in probe_kinds(row).items()
+           for end, (what, _) in PROBES[kind].items()}
     return {name: own.get(name, f"history/{name}") for name in row.names}
 
 
@@ -61,7 +74,7 @@ class Sizes(NamedTuple):
         steps: there is room for, beside the start; frames: there is room for.
         numbers: of a packed state.
         supported: whether frames have reactions; stresses: whether they have stresses.
-        probes: their names.
+        probes: ``(name, kind)`` of each.
     """
 
     static: bool
@@ -78,7 +91,7 @@ class Sizes(NamedTuple):
     @property
     def row(self):
         """Type of a history row."""
-        return STATICS if self.static else probed(self.probes)
+        return STATICS if self.static else probed(dict(self.probes))
 
     @property
     def fields(self):
@@ -157,7 +170,7 @@ def checked_sizes(file):
     sizes = Sizes(static, nodes, rows("model/quads"), directors,
                   rows(f"history/{'factor' if static else 'time'}") - 1, frames, packed[-1],
                   "reaction" in framed, "von_mises" in framed,
-                  tuple(_own(file, "probes")) if "probes" in file else ())
+                  _probes(file) if "probes" in file else ())
     for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
         _check(_stored(file, place), place, dtype, shape)
     times = _stored(file, TIMES, h5py.h5d.CHUNKED)
@@ -167,6 +180,14 @@ def checked_sizes(file):
         if _own(file, place) != file[shown]:
             raise ValueError(f"{place} does not show {shown}")
     return sizes
+
+
+def _probes(file):
+    """``(name, kind)`` of every probe in a file."""
+    kinds = {what: kind for kind, ends in PROBES.items() for what, _ in ends.values()}
+    return tuple((name, next((kind for what, kind in kinds.items()
+                              if what in _own(file, f"probes/{name}")), "node"))
+                 for name in _own(file, "probes"))
 
 
 def _own(file, place):

@@ -11,7 +11,7 @@ Dynamics and statics differ in the fields of a history row and of a frame.  Layo
 of every history is the start):
 
 - ``/history/NAME`` (n_steps + 1, ...): see ``DYNAMICS`` and ``STATICS`` of ``layout``;
-  ``/probes/NAME/displacement`` and ``velocity`` (n_steps + 1, 3): of single nodes;
+  ``/probes/NAME/WHAT`` (n_steps + 1, ...): of single places, see ``PROBES``;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
   ``displacement``, (n_frames * n_elem, ...) of element values, frame after frame, all of them in
   ``Sizes.fields``;
@@ -37,7 +37,7 @@ from ..errors import ResultFileError
 from .checkpoint import EMPTY, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
-from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, probe_names
+from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, probe_kinds
 from .reading import FORMAT, load, opened
 from .vtkhdf import copy_times, make_view, show_frame
 
@@ -117,7 +117,7 @@ class Recorder:
         model = self.model
         sizes = Sizes(row == STATICS, len(model.nodes), len(model.quads), len(model.normals),
                       int(frame_steps[-1]), len(frame_steps), len(state.pack()),
-                      "reaction" in fields, "von_mises" in fields, probe_names(row))
+                      "reaction" in fields, "von_mises" in fields, tuple(probe_kinds(row).items()))
         with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
             claim(partial, _bytes(sizes) + len(self._text))

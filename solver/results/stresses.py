@@ -144,9 +144,9 @@ class Stresses:
             return np.add.reduceat(values.reshape(len(order), -1)[order], begins) / uses[:, None]
 
         # x of the nodes in the axes of the elements, (n_elem, 4, 2)
-        along = _unit(np.einsum("nac,nvc->nva", self.axes[:, :2], axes[self.vertices, 0]))
-        n, m = (mean(_turned(values[:, None], along)) for values in (self.n, self.m))
-        q = mean(_turned_vector(self.q[:, None], along))
+        along = unit(np.einsum("nac,nvc->nva", self.axes[:, :2], axes[self.vertices, 0]))
+        n, m = (mean(turned(values[:, None], along)) for values in (self.n, self.m))
+        q = mean(turned_vector(self.q[:, None], along))
         thickness = mean(np.repeat(self.thickness, 4))[:, 0]
         return replace(self, n=n, m=m, q=q, axes=axes, thickness=thickness, vertices=None)
 
@@ -203,8 +203,8 @@ def recovered(model, e, b, displacement, directors, axes=None):
     frames = local_frames(_relative(model, displacement))
     if axes is not None:
         along = _seen(model, axes)
-        n, m, q = _turned(n, along), _turned(m, along), _turned_vector(q, along)
-        frames[:, :2] = _turned_vector(frames[:, :2].swapaxes(1, 2), along[:, None]).swapaxes(1, 2)
+        n, m, q = turned(n, along), turned(m, along), turned_vector(q, along)
+        frames[:, :2] = turned_vector(frames[:, :2].swapaxes(1, 2), along[:, None]).swapaxes(1, 2)
     return Stresses(n, m, q, frames, model.thickness, model.directors.vertices, directors)
 
 
@@ -239,10 +239,10 @@ def _seen(model, directions):
         raise InputError(f"axes ({', '.join(f'{c:g}' for c in directions[k])}) are no direction in "
                          f"the surface of element {k}: they stand on it or are zero; each element "
                          "may have a direction of its own")
-    return _unit(seen)
+    return unit(seen)
 
 
-def _turned(values, along):
+def turned(values, along):
     """Components xx, yy, xy (..., 3) of tensors in axes whose x is ``along`` (..., 2)."""
     (c, s), (xx, yy, xy) = np.moveaxis(along, -1, 0), np.moveaxis(values, -1, 0)
     return np.stack([c * c * xx + s * s * yy + 2.0 * c * s * xy,
@@ -250,17 +250,17 @@ def _turned(values, along):
                      c * s * (yy - xx) + (c * c - s * s) * xy], axis=-1)
 
 
-def _turned_vector(values, along):
+def turned_vector(values, along):
     """Components (..., 2) of vectors in axes whose x is ``along`` (..., 2)."""
     (c, s), (x, y) = np.moveaxis(along, -1, 0), np.moveaxis(values, -1, 0)
     return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
-def _unit(vectors):
+def unit(vectors):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def _axes(x, normals):
     """(n, 3, 3) axes, x as near to the given one as the normals z let it."""
-    x = _unit(x - np.sum(x * normals, axis=1, keepdims=True) * normals)
+    x = unit(x - np.sum(x * normals, axis=1, keepdims=True) * normals)
     return np.stack([x, np.cross(normals, x), normals], axis=1)

@@ -16,6 +16,7 @@ from ..kernels.arguments import STATIC
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor
+from ..system.reactions import static_balance
 from ..system.rounding import judge
 from ..system.system import System
 from .held import check_held
@@ -46,7 +47,7 @@ class Equilibrium:
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver, full_tangent=True)
-        self.state = self.system.initial_state()
+        self.state = self.system.start()
         self.place = self.system.observe(self.state)
         self.works, self.pivots = [], []
         self._geometric = geometric
@@ -168,6 +169,13 @@ class Equilibrium:
         """``Reactions`` of the state, for which ``assemble`` was called last."""
         return self.system.reactions(self.state, self.place, STATIC,
                                      self.system.loads_by(at_factor(factor)))
+
+    def balance(self, factor, reactions):
+        """``Resultant`` of the loads and ``Balance`` of the state, as ``reactions``."""
+        system, applied = self.system, self.system.loads_by(at_factor(factor))
+        loads = system.resultant_of_loads(self.state, STATIC, self._zero, applied)
+        nodal = system.residual.applied[system.translations]
+        return loads, static_balance(self.state.x, loads, nodal, reactions)
 
     def correction(self, factor, mixed):
         """The correction of the state under the loads of a factor."""

@@ -61,7 +61,7 @@ def solve_linear(model: Model, solver="skyline"):
     _residual(equilibrium, solution)
     reactions = equilibrium.reactions(1.0)
     return LinearResult(displacement, change[nodes.first[:-1]], change, reactions.forces,
-                        reactions.moments)
+                        reactions.moments, equilibrium.balance(1.0, reactions)[1])
 
 
 def _refine(equilibrium, solution):
@@ -91,5 +91,6 @@ def _residual(equilibrium, solution):
                     np.zeros_like(solution), system.loads_by(at_factor(1.0)), tangent=False)
     of_springs = system.forces_of_springs(state, start, solution)
     system.residual.unmasked[:] += of_springs
+    system.residual.applied[:] += of_springs
     system.residual.balance[:] += equilibrium.free(of_springs)
     return system.residual.balance

@@ -59,13 +59,14 @@ class Path:
         equilibrium = self.equilibrium
         equilibrium.assemble(factor, tangent=False)
         reactions = equilibrium.reactions(factor)
+        loads, left = equilibrium.balance(factor, reactions)
         if len(self.rows):
             self._check_balance(factor)
         pivots, equilibrium.pivots = equilibrium.pivots, []
         indefinite = NOT_TOLD if None in pivots else sum(map(bool, pivots))
-        self.rows.append((factor, equilibrium.place.observed.strain, reactions.force,
-                          reactions.moment, iterations, steps, indefinite, next_step), reactions,
-                         shown)
+        self.rows.append((factor, equilibrium.place.observed.strain, *loads, reactions.force,
+                          reactions.moment, *left, iterations, steps, indefinite, next_step),
+                         reactions, shown)
 
     def result(self, first):
         """``StaticResult`` of the rows from ``first`` on."""

@@ -10,6 +10,7 @@ from ..results.reading import read
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration
+from ..system.reactions import Balance
 
 NODAL = ("displacement", "normal", "director", "reaction", "reaction_moment")
 """Values of the nodes that are kept with every row, (n_nodes, 3), of ``director`` (n_directors, 3).
@@ -26,6 +27,7 @@ class LinearResult:
         change_of_directors: (n_directors, 3), of all.
         reactions: (n_nodes, 3) forces of the supports [N].
         reaction_moments: (n_nodes, 3) moments of the supports about the nodes [N m].
+        balance: ``Balance`` of loads and reactions in their initial places.
     """
 
     displacement: np.ndarray
@@ -33,6 +35,7 @@ class LinearResult:
     change_of_directors: np.ndarray
     reactions: np.ndarray
     reaction_moments: np.ndarray
+    balance: Balance
 
     def __iter__(self):
         return iter((self.displacement, self.change_of_normals))
@@ -60,6 +63,10 @@ class StaticResult:
         reactions: (n, n_nodes, 3) forces of the supports [N].
         reaction_moments: (n, n_nodes, 3) moments of the supports about the nodes [N m].
         reaction_moment: (n, 3) resultant moment of the supports about the origin [N m].
+        load: (n, 3) resultant of the loads [N].
+        load_moment: (n, 3) its moment about the origin [N m].
+        balances: (n, 2) what is left of the sums of loads and reactions, of forces and of moments,
+            relative to the sums of the magnitudes of all nodal ones.
         iterations: (n,) Newton iterations since the row before.
         steps: (n,) load steps taken since the row before.
         works: works of the corrections of the last step computed, first to last.
@@ -76,6 +83,9 @@ class StaticResult:
     reactions: np.ndarray
     reaction_moments: np.ndarray
     reaction_moment: np.ndarray
+    load: np.ndarray
+    load_moment: np.ndarray
+    balances: np.ndarray
     iterations: np.ndarray
     steps: np.ndarray
     works: tuple
@@ -92,12 +102,20 @@ class StaticResult:
         """``Configuration`` of every row, for ``stresses``."""
         return [Configuration(*row) for row in zip(self.displacement, self.directors)]
 
+    @property
+    def balance(self):
+        """``Balance`` of forces and of moments, the largest of all rows."""
+        return Balance(*map(float, self.balances.max(axis=0)))
+
     def frame(self):
-        """The rows as a ``pandas.DataFrame``, with the resultants of the reactions, moments about
-        the origin; displacements, normals and reactions of the nodes are left out."""
+        """The rows as a ``pandas.DataFrame``, with the resultants of loads and reactions, moments
+        about the origin; displacements, normals and reactions of the nodes are left out."""
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
+                      "load": self.load, "load_moment": self.load_moment,
                       "reaction": self.reactions.sum(axis=1),
-                      "reaction_moment": self.reaction_moment, "iterations": self.iterations,
+                      "reaction_moment": self.reaction_moment,
+                      "force_balance": self.balances[:, 0],
+                      "moment_balance": self.balances[:, 1], "iterations": self.iterations,
                       "steps": self.steps})
 
 
@@ -134,9 +152,10 @@ class Rows:
         history = np.concatenate(self._history[first:])
         displacement, normals, directors, reactions, moments = (
             np.array([nodal[name] for nodal in self._nodal[first:]]) for name in NODAL)
+        left = np.stack([history["force_balance"], history["moment_balance"]], axis=1)
         return (history["factor"], displacement, normals, history["strain_energy"], directors,
-                reactions, moments, history["reaction_moment"], history["iterations"],
-                history["steps"])
+                reactions, moments, history["reaction_moment"], history["load"],
+                history["load_moment"], left, history["iterations"], history["steps"])
 
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""

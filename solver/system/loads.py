@@ -3,6 +3,7 @@
 An item adds its forces and its matrix at an iterate, on cells of nodes of its own.
 """
 
+from collections import defaultdict
 from typing import NamedTuple
 
 import numpy as np
@@ -36,16 +37,16 @@ class DeadLoads:
 
     def __init__(self, model, numbering, on_normals):
         self._on_normals = on_normals
-        self._forces, self._moments = {}, _moments(model)
         self._shapes = numbering.n_dof, (len(model.nodes), 3)
+        self._forces = defaultdict(lambda: np.zeros(self._shapes[0]))
+        self._moments = _moments(model)
         for load in model.loads:
             if isinstance(load, NodalLoad):
-                pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
                 first = numbering.start[load.node]
-                pattern[first:first + 3] += load.force
+                self._forces[load.history][first:first + 3] += load.force
             elif isinstance(load, Gravity):
-                pattern = self._forces.setdefault(load.history, np.zeros(self._shapes[0]))
-                pattern[numbering.translations] += np.outer(model.nodal_mass, load.acceleration)
+                self._forces[load.history][numbering.translations] += np.outer(
+                    model.nodal_mass, load.acceleration)
 
     def at(self, value):
         """``arguments.Loads`` with ``value(history)`` for each function of time."""
@@ -101,6 +102,7 @@ class NormalCouples:
 
     Attributes:
         cells: (n, 4) nodes of these elements, the one with the moment first.
+        nodes: (m,) those with a moment.
     """
 
     def __init__(self, model):
@@ -113,6 +115,7 @@ class NormalCouples:
         around = corners[:, None] + np.arange(4)
         self.cells = np.ascontiguousarray(model.quads[elements[:, None], around % 4])
         nodes = self.cells[:, 0]
+        self.nodes = np.unique(nodes)
         shares = 1.0 / np.bincount(nodes, minlength=len(model.nodes))[nodes, None]
         self._patterns = {history: shares * pattern[nodes]
                           for history, pattern in patterns.items()}
@@ -178,11 +181,10 @@ def at_factor(factor):
 
 def _moments(model):
     """``{history: (n_nodes, 3)}``, the nodal moments of a model [N m]."""
-    patterns = {}
+    patterns = defaultdict(lambda: np.zeros((len(model.nodes), 3)))
     for load in model.loads:
         if isinstance(load, NodalMoment):
-            pattern = patterns.setdefault(load.history, np.zeros((len(model.nodes), 3)))
-            pattern[load.node] += load.moment
+            patterns[load.history][load.node] += load.moment
     return patterns
 
 

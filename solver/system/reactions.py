@@ -1,4 +1,4 @@
-"""Forces and moments by which supports act on the shell."""
+"""Forces and moments by which supports act on the shell, and the global balance with the loads."""
 
 from typing import NamedTuple
 
@@ -23,6 +23,59 @@ class Reactions(NamedTuple):
     def plus(self, other, factor):
         """These and ``factor`` times others."""
         return Reactions(*(own + factor * given for own, given in zip(self, other)))
+
+
+class Resultant(NamedTuple):
+    """Loads of the whole shell, or their impulses.
+
+    Attributes:
+        force: (3,) [N].
+        moment: (3,) about the origin [N m].
+    """
+
+    force: np.ndarray
+    moment: np.ndarray
+
+    def plus(self, other, factor):
+        """This and ``factor`` times another."""
+        return Resultant(*(own + factor * given for own, given in zip(self, other)))
+
+
+NOTHING = Resultant(*np.zeros((2, 3)))
+
+
+class Balance(NamedTuple):
+    """What is left of the global balance of forces and of moments, relative.
+
+    Attributes:
+        forces: of loads, reactions and the rate of the linear momentum.
+        moments: the same about the origin, with the rate of the angular momentum.
+    """
+
+    forces: float
+    moments: float
+
+
+def share(left, whole):
+    """``left`` relative to ``whole``, zero of nothing."""
+    return float(left / whole) if whole > 0.0 else 0.0
+
+
+def static_balance(x, loads, nodal, reactions):
+    """``Balance`` of an equilibrium, relative to the sums of the magnitudes of all nodal forces and
+    of their moments.
+
+    Args:
+        x: (n_nodes, 3) positions [m].
+        loads: ``Resultant``; nodal: (n_nodes, 3) forces of theirs [N].
+        reactions: ``Reactions``.
+    """
+    sizes = np.linalg.norm(nodal, axis=1) + np.linalg.norm(reactions.forces, axis=1)
+    arms = np.linalg.norm(x - x.mean(axis=0), axis=1)
+    turning = (np.linalg.norm(reactions.moments, axis=1).sum() + arms @ sizes
+               + np.linalg.norm(x.mean(axis=0)) * sizes.sum())
+    return Balance(share(np.linalg.norm(loads.force + reactions.force), sizes.sum()),
+                   share(np.linalg.norm(loads.moment + reactions.moment), turning))
 
 
 def no_reactions(n_nodes):

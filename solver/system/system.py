@@ -20,10 +20,10 @@ from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .linear import UnsymmetricLU, make_solver
-from .loads import Applied, DeadLoads, Iterate, at_time, check_acting, items
+from .linear import UnsymmetricLU, make_solver, solve_mass
+from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
-from .reactions import Supported
+from .reactions import Resultant, Supported
 from .rounding import EPS
 from .state import blank_place
 
@@ -84,16 +84,18 @@ class System:
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
+        self._inner = bool(self._springs or self.damping)
         self._inner_forces = np.zeros(self.numbering.n_dof)
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
+        self._resultant = Call(observation.resultant)
         self._work = nodal_work(len(model.nodes), len(model.normals))
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
 
-    def initial_state(self, start=None):
-        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot
-        from Eq. (55).
+    def start(self, start=None):
+        """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot is
+        zero.
 
         Warns:
             UserWarning: no load does anything.
@@ -102,12 +104,15 @@ class System:
             InputError: a supported component has an initial velocity.
         """
         check_acting(self.model)
-        state = self.coordinates.initial_state(self.model, start)
+        return self.coordinates.initial_state(self.model, start)
+
+    def initial_state(self, start=None):
+        """The same with U_ddot from Eq. (55), for a motion."""
+        state = self.start(start)
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
-            self.factorize()
-            state.acceleration[:] = self.solver.solve(self.residual.balance)
+            state.acceleration[:] = solve_mass(self.solver, self.residual.balance)
             state.acceleration[self.dofs.fixed] = 0.0
         return state
 
@@ -181,7 +186,7 @@ class System:
         """
         solver, dead = self.solver, loads.dead
         delta = np.ascontiguousarray(delta, dtype=float)
-        if self._items or self._springs or self.damping:
+        if self._items or self._inner:
             iterate = Iterate(state, step, delta)
             self._inner_forces[:] = 0.0
             for spring in self._springs:
@@ -228,6 +233,23 @@ class System:
                                       forces)
                     change += 2.0 * sign * forces / part
         return change
+
+    def resultant_of_loads(self, state, step, delta, loads):
+        """``Resultant`` of the loads, of springs to the ground and of damping at the generalized
+        midpoint of an increment; but for dead forces alone of the iterate that was assembled last,
+        of the same arguments."""
+        forces = loads.dead.forces if self.all_dead and not self._inner else self.residual.applied
+        total = self._resultant(self.numbering.start, state.x, delta, 1.0 - step.alpha_f, forces)
+        force, moment = total[:3], total[3:]
+        if self._inner:
+            moment += np.cross(self._work.p_mid, loads.dead.on_normals).sum(axis=0)
+        if not self.all_dead:
+            moment += loads.dead.moments.sum(axis=0)
+            for item in self._items:
+                if isinstance(item, NormalCouples):  # its forces have these moments
+                    p = self._work.p_mid[self.model.directors.first[item.nodes]]
+                    moment -= np.sum(loads.dead.moments[item.nodes] * p, axis=1) @ p
+        return Resultant(force, moment)
 
     def _add_items(self, iterate, loads):
         """Matrices of the items, and the skew part of moments."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
+    from .solver.dynamics.probes import EnergyProbe, StressProbe
     from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
+    "dynamics.probes": ("EnergyProbe", "StressProbe"),
     "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
@@ -96,15 +98,16 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Configuration", "Damping", "Drift", "Drive", "Expression", "Gravity",
-    "GroundSpring", "Harmonic", "InputError", "LinearResult", "Mesh", "MeshWarning", "Model",
-    "ModelRun", "Newton", "NodalLoad", "NodalMoment", "PointMass", "Pressure", "Result",
-    "ResultFileError", "ResultFileWarning", "Scheme", "Settings", "Spring", "StaticResult",
-    "StaticSettings", "StepError", "Steps", "Stresses", "Support", "TimeFunction", "arc_length",
-    "block", "cylinder", "data_frame", "drift", "foundation", "join", "line_load",
-    "line_moment", "load_control", "orient", "read", "read_model", "read_time_function",
-    "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
-    "stresses", "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Configuration", "Damping", "Drift", "Drive", "EnergyProbe",
+    "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError", "LinearResult", "Mesh",
+    "MeshWarning", "Model", "ModelRun", "Newton", "NodalLoad", "NodalMoment", "PointMass",
+    "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Settings",
+    "Spring", "StaticResult", "StaticSettings", "StepError", "Steps", "StressProbe", "Stresses",
+    "Support", "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift",
+    "foundation", "join", "line_load", "line_moment", "load_control", "orient", "read",
+    "read_model", "read_time_function", "rigid_velocity", "run_model", "simulate",
+    "solve_linear", "sphere", "sphere_segment", "stresses", "surface_load", "total_energy",
+    "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

@@ -1,0 +1,205 @@
+"""Probes: what is kept of single places at every step of a run."""
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..checks import existing, integer, integers, names_columns, shown, single, vector
+from ..errors import InputError
+from ..kernels import observation
+from ..kernels.calls import Call
+from ..model.constants import local_frames, recovery
+from ..model.mesh import node_at
+from ..results.layout import PROBES, probed
+from ..results.stresses import STEEP, turned, turned_vector, unit
+
+MOST_PROBES = 100
+"""Each takes 48 bytes a step, of stress 88."""
+
+
+def _place(name, value):
+    """A number of an element, or a point."""
+    return integer(name, value) if single(value) else vector(name, value, "m")
+
+
+def _elements(name, value):
+    """Numbers of elements."""
+    numbers = integers(name, value)
+    if not len(numbers):
+        raise InputError(f"{name} must not be empty")
+    return tuple(sorted(set(numbers)))
+
+
+@dataclass(frozen=True)
+class StressProbe:
+    """Forces, moments and von Mises stresses of an element, see ``stresses``.
+
+    Attributes:
+        at: its number, or a place (x, y, z) [m], to which its initial centre is the nearest.
+        axes: direction of x, projected on the initial element; left out, as its nodes have it.
+
+    Raises:
+        InputError: neither a number nor a place.
+    """
+
+    at: object
+    axes: tuple | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "at", _place("at", self.at))
+        if self.axes is not None:
+            object.__setattr__(self, "axes", vector("axes", self.axes))
+
+
+@dataclass(frozen=True)
+class EnergyProbe:
+    """Strain energy of some elements, together.
+
+    Attributes:
+        elements: their numbers, as ``mesh.groups["skin"]``; all of them without any.
+
+    Raises:
+        InputError: no numbers.
+    """
+
+    elements: object = None
+
+    def __post_init__(self):
+        if self.elements is not None:
+            object.__setattr__(self, "elements", _elements("elements", self.elements))
+
+
+def probes_of(name, given):
+    """Nodes, places and probes by names that are fit for columns."""
+    if not isinstance(given, dict) or len(given) > MOST_PROBES:
+        raise InputError(f"{name} must be a dictionary of at most {MOST_PROBES} nodes, places or "
+                         f"probes by their names, is {shown(given)}")
+    for key in given:
+        if not names_columns(key):
+            raise InputError(f"{name}: a name is letters, digits and _, is {shown(key)}")
+    return dict(sorted(given.items()))
+
+
+class Probes:
+    """Probes on a model.
+
+    Attributes:
+        row: type of a history row with their columns.
+        description: what a result file says of them.
+    """
+
+    def __init__(self, model, given):
+        """``given``: nodes, places and probes by their names."""
+        self._probes = {name: _made(model, f"probes: {name}", probe)
+                        for name, probe in given.items()}
+        self.row = probed({name: probe.kind for name, probe in self._probes.items()})
+        self.description = {name: probe.told for name, probe in self._probes.items()}
+        self._columns = []
+
+    def attach(self, history):
+        """Write to the rows of ``history`` from now on."""
+        size, self._columns = history.dtype.itemsize, []
+        for name, probe in self._probes.items():
+            columns = PROBES[probe.kind]
+            first = history.dtype.fields[f"{name}{next(iter(columns))}"][1]
+            count = sum(int(np.prod(shape)) for _, shape in columns.values())
+            self._columns.append((probe, np.ndarray((len(history), count), "f8", history, first,
+                                                    (size, 8))))
+
+    def write(self, step, system, state, place):
+        """The columns of a step, of the ``state`` at its end and its ``place``."""
+        for probe, columns in self._columns:
+            probe.write(columns[step], system, state, place)
+
+
+def _made(model, name, probe):
+    if isinstance(probe, StressProbe):
+        return _Stress(model, name, probe)
+    if isinstance(probe, EnergyProbe):
+        return _Energy(model, name, probe)
+    return _Node(model, name, probe)
+
+
+class _Node:
+    """Displacement and velocity of a node."""
+
+    kind = "node"
+
+    def __init__(self, model, name, place):
+        if single(place):
+            self.told = existing(f"{name}: node", (integer(name, place),), len(model.nodes))[0]
+            return
+        try:
+            self.told = node_at(model.nodes, vector(name, place, "m"))
+        except InputError as error:
+            message = str(error)
+            raise InputError(message if name in message else f"{name}: {message}") from None
+
+    def write(self, row, system, state, place):
+        row[:3], row[3:] = system.at_node(state, self.told)
+
+
+class _Stress:
+    """Forces, moments and von Mises stresses of an element.
+
+    All are linear in its measures (e, b) but for a norm at the end: the von Mises stress is that of
+    ``(s_xx - s_yy/2, sqrt(3)/2 s_yy, sqrt(3) s_xy, sqrt(3) s_xz, sqrt(3) s_yz)``.
+    """
+
+    kind = "stress"
+
+    def __init__(self, model, name, probe):
+        self._element = k = _nearest(model, name, probe.at)
+        self.told = {"element": k, "axes": probe.axes and list(probe.axes)}
+        corners, h = model.nodes[model.quads[[k]]], model.thickness[k]
+        N, M, S = (operator[0] for operator in recovery(
+            corners, model.thickness[[k]], model.youngs[[k]], model.poisson[[k]],
+            membrane=model.membrane, shear=model.shear))
+        n = np.concatenate([N, np.zeros((3, 11))], axis=1)
+        m, q = (np.concatenate([np.zeros((len(of), N.shape[1])), of], axis=1) for of in (M, S))
+        if probe.axes is not None:
+            seen = local_frames(corners)[0, :2] @ probe.axes
+            if np.hypot(*seen) <= STEEP * np.linalg.norm(probe.axes):
+                raise InputError(f"{name}: axes {probe.axes} are no direction in the surface of "
+                                 f"element {k}: they stand on it or are zero")
+            along = unit(seen)
+            n, m, q = turned(n.T, along).T, turned(m.T, along).T, turned_vector(q.T, along).T
+        shear = np.zeros_like(q), 1.5 * q / h, np.zeros_like(q)
+        levels = [_measure(n / h + z * 6.0 * m / h**2, s)
+                  for z, s in zip((1.0, 0.0, -1.0), shear)]
+        self._operator = np.concatenate([n, m, q, *levels])
+        self._measure = Call(observation.stress_at)
+
+    def write(self, row, system, state, place):
+        self._measure(self._operator, place.start, self._element, row)
+
+
+def _measure(s, shear):
+    """Five numbers whose norm is the von Mises stress, of stresses (3, n) and (2, n)."""
+    root = np.sqrt(3.0)
+    return np.stack([s[0] - 0.5 * s[1], 0.5 * root * s[1], root * s[2], *(root * shear)])
+
+
+def _nearest(model, name, at):
+    """Number of an element by itself, or by a place."""
+    if isinstance(at, int):
+        return existing(f"{name}: element", (at,), len(model.quads))[0]
+    centres = model.nodes[model.quads].mean(axis=1)
+    return int(np.argmin(np.linalg.norm(centres - at, axis=1)))
+
+
+class _Energy:
+    """Strain energy of some elements."""
+
+    kind = "energy"
+
+    def __init__(self, model, name, probe):
+        n = len(model.quads)
+        elements = existing(f"{name}: element", probe.elements or range(n), n)
+        self._elements = np.array(elements)
+        self.told = {"elements": len(elements),
+                     "checksum": f"{zlib.crc32(self._elements.tobytes()):08x}"}
+
+    def write(self, row, system, state, place):
+        row[0] = place.start.energy[self._elements].sum()
