@@ -9,13 +9,14 @@ from threadpoolctl import threadpool_limits
 
 from ..checks import existing, floats, integer, names_columns, shown, single, vector
 from ..errors import InputError
+from ..model.loads import Centrifugal
 from ..model.mesh import node_at
 from ..model.model import Model
 from ..results.files import output_path
 from ..results.layout import probed
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
-from ..results.stresses import Configuration
+from ..results.stresses import Configuration, configuration
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
@@ -83,6 +84,11 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
     for k, support in enumerate(model.supports):
         if support.displacement != 0.0:
             raise InputError(f"support {k}: displacements can be prescribed in statics only")
+    for k, load in enumerate(model.loads):
+        if isinstance(load, Centrifugal):
+            raise InputError(f"load {k}: centrifugal forces are those of a frame that turns, of "
+                             "statics and modes; a shell in motion has them by its velocity, see "
+                             "rigid_velocity")
     output = output_path(output, overwrite, resume)
     probes = {name: _node(model, name, place) for name, place in (probes or {}).items()}
     start = None if start is None else _start(model, start)
@@ -95,21 +101,10 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
 
 def _start(model, start):
     """A ``Configuration`` to start from, checked, with rates."""
-    if start.linear:
-        raise InputError("start is a linear solution, which is no equilibrium: take a state of "
-                         "load_control")
+    found = configuration("start", model, start)
     if np.any(model.velocity) or np.any(model.normal_velocity):
         raise InputError("start has its own velocities, the model must have none")
-    still = Configuration(np.zeros_like(model.nodes), np.zeros_like(model.normals))
-    u = floats("start.displacement", start.displacement, model.nodes.shape)
-    p = floats("start.directors", start.directors, model.normals.shape)
-    v, w = (floats(f"start.{name}", none if getattr(start, name) is None else getattr(start, name),
-                   none.shape) for name, none in (("velocity", still[0]),
-                                                  ("director_rates", still[1])))
-    off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
-    if off.max() > 1e-9:
-        raise InputError(f"start.directors[{off.argmax()}] is no unit vector")
-    return Configuration(u, p, False, v, w)
+    return found
 
 
 def _node(model, name, place):
