@@ -21,10 +21,12 @@ there, ``reaction_moment`` its moment about the origin, both zero in the first r
 
 STATICS = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("reaction", "f8", 3), ("reaction_moment", "f8", 3),
-    ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"), ("next_step", "f8")])
+    ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"), ("negative_pivots", "i4"),
+    ("next_step", "f8")])
 """A row of a static path: its load factor, the resultant of the reactions and its moment about the
-origin, iterations, load steps and factorizations with negative pivots since the row before, and the
-step (load factor or arc length) that is tried next."""
+origin, iterations, load steps and factorizations with negative pivots since the row before, how
+many negative pivots the last of them has (-1: the solver does not tell), and the step (load factor
+or arc length) that is tried next."""
 
 PROBE = {"_u": "displacement", "_v": "velocity"}
 """What a probe adds to the columns of a run in time, three numbers each, behind its name."""

@@ -62,6 +62,8 @@ class StaticResult:
         reaction_moment: (n, 3) resultant moment of the supports about the origin [N m].
         iterations: (n,) Newton iterations since the row before.
         steps: (n,) load steps taken since the row before.
+        negative_pivots: (n,) of the last tangent before each row: as many directions in which the
+            state is unstable; -1 where the solver does not tell.
         works: works of the corrections of the last step computed, first to last.
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
@@ -78,6 +80,7 @@ class StaticResult:
     reaction_moment: np.ndarray
     iterations: np.ndarray
     steps: np.ndarray
+    negative_pivots: np.ndarray
     works: tuple
     solver: str
     indefinite: int
@@ -98,7 +101,7 @@ class StaticResult:
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
                       "reaction": self.reactions.sum(axis=1),
                       "reaction_moment": self.reaction_moment, "iterations": self.iterations,
-                      "steps": self.steps})
+                      "steps": self.steps, "negative_pivots": self.negative_pivots})
 
 
 class Rows:
@@ -125,6 +128,11 @@ class Rows:
         counts = [int(row["indefinite"][0]) for row in self._history]
         return sum(counts) if min(counts) >= 0 else None
 
+    @property
+    def negative_pivots(self):
+        """Negative pivots of the last row."""
+        return int(self._history[-1]["negative_pivots"][0])
+
     def displacement(self, k):
         """Displacements (n_nodes, 3) of row ``k`` [m]."""
         return self._nodal[k]["displacement"]
@@ -136,7 +144,7 @@ class Rows:
             np.array([nodal[name] for nodal in self._nodal[first:]]) for name in NODAL)
         return (history["factor"], displacement, normals, history["strain_energy"], directors,
                 reactions, moments, history["reaction_moment"], history["iterations"],
-                history["steps"])
+                history["steps"], history["negative_pivots"])
 
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""
