@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         MeshWarning,
         ResultFileError,
         ResultFileWarning,
+        StabilityWarning,
         StepError,
     )
     from .solver.model.directors import orient
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
         read_time_function,
     )
     from .solver.model.loads import (
+        Centrifugal,
         Gravity,
         NodalLoad,
         NodalMoment,
@@ -47,6 +49,8 @@ if TYPE_CHECKING:
     )
     from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
+    from .solver.modes.buckling import Buckling, buckling
+    from .solver.modes.vibration import Modes, modes
     from .solver.results.frame import data_frame
     from .solver.results.reading import read
     from .solver.results.stresses import Configuration, Stresses, stresses
@@ -63,14 +67,16 @@ _WHERE = {
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
     "errors": ("AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
-               "ResultFileWarning", "StepError"),
+               "ResultFileWarning", "StabilityWarning", "StepError"),
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
-    "model.loads": ("Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support", "line_load",
-                    "line_moment", "surface_load"),
+    "model.loads": ("Centrifugal", "Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support",
+                    "line_load", "line_moment", "surface_load"),
     "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
+    "modes.buckling": ("Buckling", "buckling"),
+    "modes.vibration": ("Modes", "modes"),
     "results.frame": ("data_frame",),
     "results.reading": ("read",),
     "results.stresses": ("Configuration", "Stresses", "stresses"),
@@ -83,14 +89,15 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Configuration", "Drift", "Expression", "Gravity", "Harmonic",
-    "InputError", "LinearResult", "Mesh", "MeshWarning", "Model", "Newton", "NodalLoad",
-    "NodalMoment", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
-    "Settings", "StaticResult", "StaticSettings", "StepError", "Steps", "Stresses", "Support",
-    "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift", "join",
-    "line_load", "line_moment", "load_control", "orient", "read", "read_time_function",
-    "rigid_velocity", "simulate", "solve_linear", "sphere", "sphere_segment", "stresses",
-    "surface_load", "total_energy", "warm_up",
+    "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Drift", "Expression",
+    "Gravity", "Harmonic", "InputError", "LinearResult", "Mesh", "MeshWarning", "Model",
+    "Modes", "Newton", "NodalLoad", "NodalMoment", "Pressure", "Result", "ResultFileError",
+    "ResultFileWarning", "Scheme", "Settings", "StabilityWarning", "StaticResult",
+    "StaticSettings", "StepError", "Steps", "Stresses", "Support", "TimeFunction", "arc_length",
+    "block", "buckling", "cylinder", "data_frame", "drift", "join", "line_load", "line_moment",
+    "load_control", "modes", "orient", "read", "read_time_function", "rigid_velocity",
+    "simulate", "solve_linear", "sphere", "sphere_segment", "stresses", "surface_load",
+    "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
