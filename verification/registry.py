@@ -18,10 +18,11 @@ from .suites import (
     patch,
     rotations,
     shear,
+    vibration,
 )
 
 SUITES = (patch, kernel, linear, shear, nonlinear, rotations, dynamics, junctions,
-          benchmarks, mutants)
+          vibration, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import existing, floats, integer, names_columns, shown, single, vector
+from ..checks import existing, integer, names_columns, shown, single, vector
 from ..errors import InputError
 from ..model.loads import Centrifugal
 from ..model.mesh import node_at

@@ -6,7 +6,7 @@ from scipy.sparse import block_diag, coo_array, kron
 from ..errors import AccuracyWarning, warn
 from ..kernels.arguments import MASS_ONLY, STATIC
 from ..system.linear import UnsymmetricLU
-from ..system.rounding import FEW
+from ..system.rounding import EPS, FEW
 from ..system.system import System
 
 NO_SKEW = 1e-12
@@ -27,9 +27,10 @@ def stiffness(system, state, place, loads):
         AccuracyWarning: the loads' stiffness has a skew part, or the state is no equilibrium.
     """
     K = _assembled(system, state, place, STATIC, loads)
-    residual, sizes = system.residual, system.lengths
-    left, *others = (np.abs(forces / sizes).sum() for forces in residual)
-    if left > FEW * max(others):
+    sizes, size = system.lengths, system.model.size
+    left, *others = (np.abs(forces / sizes).sum() for forces in system.residual)
+    rounding = EPS * size * np.sum(np.abs(K.diagonal()) / sizes[free_dofs(system)] ** 2)
+    if left > FEW * max(others) and left > rounding:
         warn(f"the state is no equilibrium: forces balance to {left / max(others):.1g} only",
              AccuracyWarning)
     return symmetric(system, K)
