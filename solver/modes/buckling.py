@@ -19,9 +19,6 @@ from .matrices import free_matrix, of_all, symmetric
 from .result import Shapes, shape_fields
 from .vibration import base
 
-NONE = 1e-9
-"""Largest eigenvalue of the geometric stiffness, by the tangent, that is no buckling."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Buckling(Shapes):
@@ -80,9 +77,10 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     start, factor = base(model, state, factor)
     equilibrium = Equilibrium(model, DEFAULT, start=start)
     system = equilibrium.system
-    system.solver = UnsymmetricLU(system.numbering)
     with told():
         response = _response(equilibrium, factor)
+        system.solver = UnsymmetricLU(system.numbering)
+        equilibrium.assemble(factor)
         K = symmetric(system, free_matrix(system))
         held, negative = diagonal_lu(K)
     if negative:
@@ -93,18 +91,17 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     equilibrium.assemble(factor + 1.0, mixed=True)
     K_g = symmetric(system, free_matrix(system)) - K
     values, vectors = most_negative(K_g, K, n, held.solve)
-    critical = values < -NONE
-    if not critical.any():
+    if not len(values):
         raise StepError("no load factor above that of the state is critical")
     u, p, energy = shape_fields(system, equilibrium.state, equilibrium.place,
-                                of_all(system, vectors[:, critical]))
+                                of_all(system, vectors))
     sizes = 1.0 / np.linalg.norm(u, axis=2).max(axis=1)[:, None]
     return Buckling(model, system.displacement(equilibrium.state), sizes[..., None] * u,
-                    sizes[..., None] * p, sizes**2 * energy, factor - 1.0 / values[critical],
+                    sizes[..., None] * p, sizes**2 * energy, factor - 1.0 / values,
                     factor)
 
 
 def _response(equilibrium, factor):
-    """Linear response (n_dof,) to one more of the load factor; the system has K of the state."""
+    """Linear response (n_dof,) to one more of the load factor."""
     pushed = equilibrium.prescribed(factor + 1.0) - equilibrium.prescribed(factor)
     return equilibrium.solve_increment(pushed, factor + 1.0, stiffness_at=factor)

@@ -11,10 +11,16 @@ from ..errors import InputError, StepError
 from ..system.failure import SingularMatrix, told
 from ..system.linear import diagonal_lu
 
-MOST_SHIFTS = 40
+MOST_SHIFTS = 200
 
 DENSE = 0.4
 """Part of all eigenvalues from which they are computed at once, by LAPACK."""
+
+ROUGH = 0.05
+"""Relative error of an estimate of an eigenvalue."""
+
+NONE = 1e-9
+"""Largest eigenvalue relative to the largest of all that is rounding."""
 
 LARGEST_DENSE = 4000
 """Free dofs up to which that is possible."""
@@ -24,8 +30,8 @@ def lowest(K, M, n, shift):
     """The lowest n of ``K v = lambda M v``, M positive definite: (lambda (n,), v (n_dof, n)) with
     ``v^T M v = 1``, ascending.
 
-    Lanczos with ``(K + shift M)^-1``.  The shift grows tenfold until K + shift M is positive
-    definite: no eigenvalue then lies below -shift, and those that are found are the lowest.
+    Lanczos with ``(K + shift M)^-1``.  The shift is doubled until K + shift M is positive definite:
+    no eigenvalue then lies below -shift, and those that are found are the lowest.
 
     Args:
         K, M: (n_dof, n_dof) sparse.
@@ -42,7 +48,7 @@ def lowest(K, M, n, shift):
             negative = None
         if negative == 0:
             break
-        shift *= 10.0
+        shift *= 2.0
     else:
         raise StepError("no shift makes the tangent positive definite")
     with _arpack():
@@ -87,13 +93,17 @@ def lowest_gyroscopic(K, G, M, n):
 
 def most_negative(A, K, n, solve):
     """The n most negative mu of ``A v = mu K v``, K positive definite with ``solve(v) = K^-1 v``:
-    (mu, v), ascending."""
-    check_number(n, K.shape[0], DENSE)
+    (mu, v), ascending, fewer than n where the others are rounding beside the largest.
+
+    That one, roughly, is the shift of ``lowest``: of a cylinder many lie close together.
+    """
+    check_number(n, K.shape[0])
     with _arpack():
-        values, vectors = eigsh(A, n, K, Minv=_operator(A, solve), which="SA",
-                                v0=first_vector(A))
-    order = np.argsort(values)
-    return values[order], vectors[:, order]
+        rough, _ = eigsh(A, 1, K, Minv=_operator(A, solve), v0=first_vector(A), tol=ROUGH)
+    largest = abs(rough[0])
+    values, vectors = lowest(A, K, n, (1.0 + 2.0 * ROUGH) * largest)
+    found = values < -NONE * largest
+    return values[found], vectors[:, found]
 
 
 def check_number(n, n_dof, part=1.0):

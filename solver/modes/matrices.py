@@ -55,7 +55,7 @@ def coriolis(system, place, omega):
     """``G = 2 J^T diag(M W, (h^2/12) M W) J`` (n, n), ``W a = omega x a``, of the free dofs in a
     frame that turns at ``omega`` [rad/s]; skew.  J takes rates of the unknowns to those of
     positions and normals."""
-    W = np.cross(np.eye(3), omega).T
+    W = np.cross(omega, np.eye(3)).T
     elements, nodes = system.elements, system.dofs.nodes
     by_node = _between(elements.nodes, elements.mass, len(nodes.start))
     by_director = _between(elements.directors, elements.inertia[:, None, None] * elements.mass,

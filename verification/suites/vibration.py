@@ -118,10 +118,10 @@ def run_cylinder():
     """A quarter between planes of symmetry, also at its ends: the stress before buckling is
     uniform, and the length is that of whole half waves.  One end is pushed in as a whole: a rim
     whose nodes may move along the axis alone buckles at about half the load."""
-    R, h, E, nu = 1.0, 0.01, 1e7, 0.3
+    R, h, E, nu = 1.0, 0.0025, 1e7, 0.3
     classical = E * h**2 / (R * np.sqrt(3.0 * (1.0 - nu**2)))
     half_wave = np.pi * np.sqrt(R * h) / (12.0 * (1.0 - nu**2)) ** 0.25
-    for per_wave, tolerance in ((6, 0.06), (12, 0.02)):
+    for per_wave, tolerance in ((6, 0.02), (8, 0.01)):
         mesh = cylinder(R, 4.0 * half_wave, (4 * per_wave, 4 * per_wave), angle=90.0)
         end = mesh.nodes[:, 2].max()
         rims = [nodes_where(mesh, lambda x, y, z, at=at: z == at) for at in (0.0, end)]
@@ -132,7 +132,9 @@ def run_cylinder():
         shell = Model.of(mesh, h, E, nu, 1.0, supports=supports)
         yield Row(f"{4 * per_wave} x {4 * per_wave} on a quarter, {per_wave} elements a half "
                   "wave: N_cr / classical", buckling(shell).factors[0], 1.0, "analytic", tolerance,
-                  "linear elements: of the order (pi / elements a half wave)^2 / 6", scale=1.0)
+                  "mesh error of second order, 1.1 % at 6 elements a half wave; long waves round "
+                  "the shell, of which the classical theory is too stiff, are 1e-3 at R = 400 h",
+                  scale=1.0)
 
 
 def run_column():
@@ -301,8 +303,8 @@ CASES = (
     Case("square-buckling", "buckling", "buckling of a simply supported square plate under thrust",
          "Navier: k = 4", "unit square, h = 0.01, nu = 0.3", run_square_buckling),
     Case("cylinder-buckling", "buckling", "axial buckling of a cylinder",
-         "classical: E h^2 / (R sqrt(3 (1 - nu^2)))", "R = 1, h = 0.01, nu = 0.3, four half waves "
-         "between planes of symmetry", run_cylinder),
+         "classical: E h^2 / (R sqrt(3 (1 - nu^2)))", "R = 1, h = 1 / 400, nu = 0.3, four half "
+         "waves between planes of symmetry", run_cylinder),
     Case("column", "buckling", "Euler's column, and its path beyond by switching branches",
          "Euler; elastica", "cantilever 10 x 0.5 x 0.05, nu = 0, thrust at the tip", run_column),
 )
