@@ -10,11 +10,13 @@ from corovec.solver.checks import number
 from corovec.solver.cli import show
 from corovec.solver.errors import InputError
 from corovec.solver.model.mesh import vector_areas
+from corovec.solver.modes.result import shapes_path
+from corovec.solver.modes.vibration import Modes
 from corovec.solver.names import printable
 from corovec.solver.results.files import writable_path
 from corovec.solver.results.layout import DYNAMICS
 
-from .film import animate
+from .film import animate, film_path
 from .recording import Recording
 from .scenes import frames
 from .space import View, best_view
@@ -23,7 +25,10 @@ from .style import FORMATS, save, styled
 LARGEST = 0.1
 """Largest displacement that is drawn, relative to the size of the mesh."""
 
-PERIOD = 48
+ROUNDING = 1e-12
+"""Part of the largest number of a table that is printed as zero."""
+
+PERIOD = 24
 """Frames of a period of a film."""
 
 
@@ -54,15 +59,17 @@ def shapes(found, scale=1.0, view=None):
 
 
 def oscillation(found, k, scale=1.0):
-    """One period of shape ``k`` (from 0) as a ``Recording``, for ``film.animate``; of a buckling
-    shape, which has none, in 1 s.
+    """One period of shape ``k`` (from 0) as a ``Recording``, for ``film.animate``: elements have
+    the energy of their strains, the history ``1/2 omega^2 a^2`` of the amplitude, which the stress
+    of a state adds to.  A buckling shape has no period; its film takes 1 s.
 
     Raises:
         InputError: there is no such shape, or it does not oscillate.
     """
     if not 0 <= k < len(found):
         raise InputError(f"shape {k + 1} is not among {len(found)} shapes")
-    frequency = float(found.frequencies[k]) if hasattr(found, "frequencies") else 1.0
+    vibrates = isinstance(found, Modes)
+    frequency = float(found.frequencies[k]) if vibrates else 1.0
     if frequency <= 0.0:
         raise InputError(f"{found.names()[k]} does not oscillate")
     phase, shape = 2.0 * np.pi * np.arange(PERIOD) / PERIOD, scale * _drawn(found)[k]
@@ -71,8 +78,9 @@ def oscillation(found, k, scale=1.0):
     energy = size**2 * found.strain_energy[k]
     history = np.zeros(len(phase), dtype=DYNAMICS)
     history["time"] = phase / (2.0 * np.pi * frequency)
-    history["strain_energy"] = energy.sum() * np.cos(phase) ** 2
-    history["kinetic_energy"] = energy.sum() * np.sin(phase) ** 2
+    total = 0.5 * size**2 * found.eigenvalues[k] if vibrates else energy.sum()
+    history["strain_energy"] = total * np.cos(phase) ** 2
+    history["kinetic_energy"] = vibrates * total * np.sin(phase) ** 2
     return Recording(found.names()[k], {
         "nodes": found.model.nodes, "quads": found.model.quads, "history": history,
         "displacement": found.base + swing, "frame_steps": np.arange(len(phase)),
@@ -99,14 +107,18 @@ def tell(found, summary, output, picture, film, overwrite, shape, scale, view, a
         return show(summary, True)
     show({key: value for key, value in summary.items() if not isinstance(value, dict)}, False)
     table.index += 1
+    table = table.mask(table.abs() < ROUNDING * table.abs().to_numpy().max(), 0.0)
     click.echo(table.to_string(float_format=lambda value: f"{value:.5g}"))
 
 
 def check_paths(output, picture, film, overwrite):
     """Refuse files that cannot be written before anything is computed."""
-    for path in (output, picture, film):
-        if path is not None:
-            writable_path(path, overwrite)
+    if output is not None:
+        shapes_path(output, overwrite)
+    if film is not None:
+        film_path(film, overwrite)
+    if picture is not None:
+        writable_path(picture, overwrite)
     if picture is not None and Path(picture).suffix[1:] not in FORMATS:
         raise InputError(f"plot {picture}: must end in one of: "
                          f"{', '.join(f'.{name}' for name in FORMATS)}")

@@ -48,15 +48,21 @@ class Shapes:
             InputError: another ending.
             ResultFileError: it exists, or cannot be written.
         """
-        path = writable_path(path, overwrite)
-        if path.suffix != ".vtu":
-            raise InputError(f"{path}: shapes are written to a .vtu file")
+        path = shapes_path(path, overwrite)
         fields = {name: np.ascontiguousarray(shape.real)
                   for name, shape in zip(self.names(), self.displacement)}
         mesh = meshio.Mesh(self.model.nodes + self.base, [("quad", self.model.quads)],
                            point_data=fields)
         with replacing(path) as partial:
             mesh.write(partial, file_format="vtu")
+
+
+def shapes_path(path, overwrite=False):
+    """``path`` as that of a file of shapes, see ``Shapes.write``."""
+    path = writable_path(path, overwrite)
+    if path.suffix != ".vtu":
+        raise InputError(f"{path}: must end in .vtu")
+    return path
 
 
 def shape_fields(system, state, place, vectors):
