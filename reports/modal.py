@@ -18,7 +18,7 @@ from corovec.solver.results.layout import DYNAMICS
 
 from .film import animate, film_path
 from .recording import Recording
-from .scenes import frames
+from .scenes import side_by_side
 from .space import View, best_view
 from .style import FORMATS, save, styled
 
@@ -49,8 +49,8 @@ def shapes(found, scale=1.0, view=None):
     corners = (found.model.nodes + found.base + moved)[:, found.model.quads]
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [name.partition(": ")[2] for name in found.names()]
-    figure = frames(corners, _density(found), captions, view,
-                    label="strain energy density, largest of each shape = 1")
+    figure = side_by_side(corners, _density(found), captions, view,
+                          label="strain energy density, largest of each shape = 1")
     n, n_nodes = moved.shape[:2]
     places = np.tile((found.model.nodes + found.base).T, n)
     return figure, pd.DataFrame({

@@ -193,7 +193,7 @@ def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale
     view = best_view(framed.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [instant(recording, time) for time in times]
     way = (corners, centres) if travels and len(frames) > 1 else None
-    figure = frames(framed, density, captions, view, way)
+    figure = side_by_side(framed, density, captions, view, way)
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
@@ -210,7 +210,7 @@ def instant(recording, time):
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
 
-def frames(corners, density, captions, view, way=None, label=DENSITY):
+def side_by_side(corners, density, captions, view, way=None, label=DENSITY):
     """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and
     centres on it) if there is one."""
     most = next((columns for n, columns in COLUMNS.items() if len(corners) <= n), MOST_COLUMNS)

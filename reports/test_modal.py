@@ -13,7 +13,6 @@ from corovec import InputError, buckling, modes
 from corovec.reports import cli as commands
 from corovec.reports.modal import LARGEST, PERIOD, oscillation, shapes
 from corovec.solver.input.modal import buckling_of, modes_of
-from corovec.verification.helpers import corovec
 
 BLADE = """
 name = "blade"
@@ -73,9 +72,9 @@ def test_modes_of_a_file_are_those_of_its_static_step(files, tmp_path):
 
 def test_buckling_of_a_file(files):
     """A table of load factors: Euler's first, of a mesh of 16 x 1."""
-    done = corovec("buckling", str(files / "thrust.toml"), "--number", "2")
-    assert done.returncode == 0, done.stderr
-    factor = float(done.stdout.splitlines()[-2].split()[1])
+    done = call(commands.buckling, files / "thrust.toml", "--number", "2")
+    assert done.exit_code == 0, done.exception
+    factor = float(done.output.splitlines()[-2].split()[1])
     assert factor == pytest.approx(np.pi**2 * 2.5e4 * 0.05 / 400.0, rel=3e-3)
 
 

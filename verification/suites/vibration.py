@@ -262,7 +262,7 @@ def run_simulated():
         start = Configuration(found.base, loaded.normals if state is None else state.directors[-1],
                               False, speed * shape, speed * rates)
         dt = 2.0 * np.pi / omega / 200.0
-        run = simulate(loaded if force else strip, Settings(dt=dt, end_time=2400 * dt), start=start,
+        run = simulate(loaded if force else strip, Settings(dt=dt, end_time=1200 * dt), start=start,
                        probes={"tip": tip[0]})
         u = run.history["tip_u"][:, np.abs(shape[tip[0]]).argmax()]
         yield Row(f"{name}: simulated / of the mode", frequency(u - u[0], dt) / omega, 1.0,
