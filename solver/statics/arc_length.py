@@ -143,7 +143,7 @@ class _Arc:
                 change = 0.0 if branch else size if rising else -size
                 correction = length * self._weakest() if branch else change * tangent
                 moved = correction[taken].copy()
-                first = abs(size * float(load @ tangent) * size)
+                first = size**2 * abs(float(load @ tangent))
                 equilibrium.works.append(first)
             else:
                 equilibrium.works.append(equilibrium.work(correction))
