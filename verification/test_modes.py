@@ -16,6 +16,7 @@ from corovec import (
     Settings,
     StabilityWarning,
     StepError,
+    Steps,
     Support,
     TimeFunction,
     arc_length,
@@ -230,6 +231,15 @@ def test_a_state_that_is_no_equilibrium_is_told():
     state = load_control(model, [1.0])
     with pytest.warns(AccuracyWarning, match="no equilibrium: forces balance to"):
         modes(model, 1, state.states[-1], factor=2.0)
+
+
+def test_the_initial_shell_bears_no_load():
+    """Whatever their functions of time are at t = 0."""
+    model, tip = strip()
+    sudden = Steps((0.0, 1.0), (1.0, 0.0))
+    loaded = replace(model, loads=[NodalLoad(tip[0], (0.0, 0.0, 5.0), sudden),
+                                   Centrifugal((0.0, 0.0, 5.0), history=sudden)])
+    assert np.array_equal(modes(loaded, 2).eigenvalues, modes(model, 2).eigenvalues)
 
 
 def test_shapes_for_paraview(tmp_path):

@@ -6,6 +6,7 @@ from scipy.sparse import block_diag, coo_array, kron
 from ..errors import AccuracyWarning, warn
 from ..kernels.arguments import MASS_ONLY, STATIC
 from ..system.linear import UnsymmetricLU
+from ..system.loads import unloaded
 from ..system.rounding import EPS, FEW
 from ..system.system import System
 
@@ -38,8 +39,7 @@ def stiffness(system, state, place, loads):
 
 def mass(system, state, place):
     """Consistent mass M (n, n) of the free dofs at a state, Eqs. (40), (41)."""
-    nothing = system.loads_by(lambda history: 0.0)
-    return _assembled(system, state, place, MASS_ONLY, nothing)
+    return _assembled(system, state, place, MASS_ONLY, system.loads_by(unloaded))
 
 
 def symmetric(system, matrix):

@@ -13,7 +13,7 @@ from ..results.frame import table
 from ..results.stresses import Configuration, configuration
 from ..signatures import Count, checked
 from ..statics.result import StaticResult
-from ..system.loads import at_factor
+from ..system.loads import at_factor, unloaded
 from .eigen import lowest, lowest_gyroscopic
 from .matrices import coriolis, mass, of_all, sparse_system, stiffness
 from .result import Shapes, shape_fields
@@ -105,21 +105,19 @@ def modes(model: Model, n: Count = 10, state: object = None, factor: float = Non
     system = sparse_system(model)
     at = system.coordinates.initial_state(model, start)
     place = system.observe(at)
-    omega = _spin(model, factor)
-    K = stiffness(system, at, place, system.loads_by(at_factor(factor)))
-    M = mass(system, at, place)
-    if omega.any():
-        G = coriolis(system, place, omega)
-        values, vectors = lowest_gyroscopic(K, G, M, n)
-        values = values**2
+    value = unloaded if start is None else at_factor(factor)
+    omega = _spin(model, value)
+    K, M = stiffness(system, at, place, system.loads_by(value)), mass(system, at, place)
+    if spins := omega.any():
+        frequencies, vectors = lowest_gyroscopic(K, coriolis(system, place, omega), M, n)
+        eigenvalues = frequencies**2
     else:
-        values, vectors = lowest(K, M, n, _bending(model))
-    shapes = shape_fields(system, at, place, of_all(system, vectors))
+        eigenvalues, vectors = lowest(K, M, n, _bending(model))
+    u, q, energy = shape_fields(system, at, place, of_all(system, vectors))
     x, p = at.x + at.x_low, place.start.p
-    own = model.elements
-    body = mass_properties(own, x, p)
-    told = None if omega.any() else _momenta(own, x - body.centre, p, *shapes[:2])
-    return Modes(model, system.displacement(at), *shapes, values, told, *body)
+    body = mass_properties(model.elements, x, p)
+    momenta = None if spins else _momenta(model.elements, x - body.centre, p, u, q)
+    return Modes(model, system.displacement(at), u, q, energy, eigenvalues, momenta, *body)
 
 
 def base(model, state, factor):
@@ -137,9 +135,8 @@ def base(model, state, factor):
     return still, 1.0 if factor is None else factor
 
 
-def _spin(model, factor):
-    """(3,) angular velocity of the frame at a load factor [rad/s]."""
-    value = at_factor(factor)
+def _spin(model, value):
+    """(3,) angular velocity of the frame with ``value(history)`` of the loads [rad/s]."""
     spins = [np.sqrt(max(value(load.history), 0.0)) * np.array(load.omega)
              for load in model.loads if isinstance(load, Centrifugal)]
     if len(spins) > 1:

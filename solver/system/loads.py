@@ -210,6 +210,11 @@ def at_factor(factor):
     return lambda history: factor if history == CONSTANT else history(factor)
 
 
+def unloaded(history):
+    """The same where nothing acts: zero."""
+    return 0.0
+
+
 def _moments(model):
     """``{history: (n_nodes, 3)}``, the nodal moments of a model [N m]."""
     patterns = {}
