@@ -127,6 +127,17 @@ def test_a_spinning_equilibrium_is_the_steady_motion_of_dynamics():
     assert moved < 0.02 * from_rest and from_rest > 1e-3 * kinetic
 
 
+def test_supports_bear_what_is_flung():
+    """Reactions of a spinning blade are those of its mass at its centre, ``-m Q x_c``."""
+    model, _ = strip()
+    omega = np.array([0.0, 0.0, 20.0])
+    model = replace(model, loads=[Centrifugal(omega)])
+    state = load_control(model, [1.0])
+    centre = modes(model, 1, state).centre
+    flung = model.mass * np.cross(np.cross(omega, centre), omega)
+    assert np.allclose(state.reactions[-1].sum(axis=0), -flung, rtol=1e-9, atol=1e-9)
+
+
 def test_effective_masses_of_a_state():
     """Rigid modes of a free shell have its mass and inertia, junctions included."""
     model = folded()

@@ -99,6 +99,7 @@ class Centrifugal:
     ``f = omega x (x x omega)`` times the mass, rotary inertia of the directors included; they
     follow the shell.  ``history`` multiplies the forces, so a load factor of 1/4 is half the
     speed.  Statics finds the equilibrium in that frame, ``modes`` the vibrations about it.
+    Reaction moments leave out its couples on held normals, of the order h^2/12.
     """
 
     omega: tuple

@@ -9,6 +9,7 @@ from corovec import (
     Configuration,
     Model,
     NodalLoad,
+    Pressure,
     Settings,
     Support,
     arc_length,
@@ -135,6 +136,21 @@ def run_cylinder():
                   "mesh error of second order, 1.1 % at 6 elements a half wave; long waves round "
                   "the shell, of which the classical theory is too stiff, are 1e-3 at R = 400 h",
                   scale=1.0)
+
+
+def run_ring():
+    """A quarter of a ring between planes of symmetry, pressed from outside."""
+    h, E = 0.02, 1e7
+    for elements, tolerance in ((12, 0.02), (24, 0.005)):
+        mesh = cylinder(1.0, 0.2, (elements, 1), angle=90.0)
+        sides = [nodes_where(mesh, lambda *at, c=c: np.abs(at[c]) < 1e-9) for c in (0, 1)]
+        supports = [Support(range(len(mesh.nodes)), ("z", "pz")),
+                    *(Support(side, (c, "p" + c)) for side, c in zip(sides, "xy"))]
+        ring = Model.of(mesh, h, E, 0.0, 1.0, supports=supports,
+                        loads=[Pressure(-E * h**3 / 12.0)])
+        yield Row(f"{elements} on a quarter: p_cr R^3 / (E I)", buckling(ring).factors[0], 3.0,
+                  "analytic", tolerance, "mesh error of second order; forces that keep their "
+                  "direction would have 4: the stiffness of the pressure counts")
 
 
 def run_column():
@@ -305,6 +321,8 @@ CASES = (
     Case("cylinder-buckling", "buckling", "axial buckling of a cylinder",
          "classical: E h^2 / (R sqrt(3 (1 - nu^2)))", "R = 1, h = 1 / 400, nu = 0.3, four half "
          "waves between planes of symmetry", run_cylinder),
+    Case("ring-buckling", "buckling", "a ring under outer pressure, which follows it",
+         "Levy 1884: 3 E I / R^3", "R = 1, h = 0.02, nu = 0", run_ring),
     Case("column", "buckling", "Euler's column, and its path beyond by switching branches",
          "Euler; elastica", "cantilever 10 x 0.5 x 0.05, nu = 0, thrust at the tip", run_column),
 )
