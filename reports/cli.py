@@ -121,6 +121,72 @@ def animate(file, output, fps, frames, follow, scale, view, overwrite):
         click.echo(printable(path))
 
 
+def _shapes(command):
+    """Options that ``modes`` and ``buckling`` share."""
+    for option in reversed((
+            click.argument("model"),
+            click.option("--elements", type=int, help="Mesh, by its number of elements."),
+            click.option("--output", type=click.Path(dir_okay=False),
+                         help="The shapes for ParaView, a .vtu file."),
+            click.option("--plot", "picture", type=click.Path(dir_okay=False),
+                         help="Their picture, a .svg, .png or .pdf, with its data as CSV."),
+            click.option("--film", type=click.Path(dir_okay=False),
+                         help="A period of one of them, a .gif, .mp4 or .html."),
+            click.option("--shape", type=int, default=1, show_default=True,
+                         help="Number of the shape of the film."),
+            SCALE, VIEW,
+            click.option("--overwrite", is_flag=True, help="Replace files that exist."),
+            click.option("--json", "as_json", is_flag=True,
+                         help="Print the summary as one JSON object."))):
+        command = option(command)
+    return command
+
+
+@click.command()
+@_shapes
+@click.option("--number", type=int, default=10, show_default=True, help="How many modes.")
+@click.option("--unloaded", is_flag=True,
+              help="About the initial shell, though the file has a static step.")
+def modes(model, elements, number, unloaded, output, picture, film, overwrite, **how):
+    """Eigenfrequencies and modes of a MODEL: a .toml file, or the name of a benchmark.
+
+    About the equilibrium of its static step, where it has one, with the stress, the loads that
+    follow the shell and the frame that turns there; else about the initial shell.
+
+    \b
+    Examples:
+      corovec modes l-plate --elements 480
+      corovec modes blade.toml --number 4 --plot modes.svg --output modes.vtu
+      corovec modes blade.toml --film third.gif --shape 3
+    """
+    from corovec.solver.input.modal import modes_of
+
+    from .modal import check_paths, tell
+    check_paths(output, picture, film, overwrite)
+    tell(*modes_of(model, elements, number, unloaded), output, picture, film, overwrite, **how)
+
+
+@click.command()
+@_shapes
+@click.option("--number", type=int, default=3, show_default=True, help="How many load factors.")
+def buckling(model, elements, number, output, picture, film, overwrite, **how):
+    """Linear buckling of a MODEL under the loads of its static step, or all without one.
+
+    Load factors above zero at which the initial shell, with the stress of its linear solution,
+    loses its stability, and the shapes.
+
+    \b
+    Examples:
+      corovec buckling panel.toml
+      corovec buckling panel.toml --number 6 --plot shapes.svg --output shapes.vtu
+    """
+    from corovec.solver.input.modal import buckling_of
+
+    from .modal import check_paths, tell
+    check_paths(output, picture, film, overwrite)
+    tell(*buckling_of(model, elements, number), output, picture, film, overwrite, **how)
+
+
 @click.command()
 @click.argument("names", metavar="[PART]...", nargs=-1)
 @click.option("--size", default="quick", show_default=True,

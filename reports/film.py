@@ -53,8 +53,8 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
         InputError: a wrong parameter, or no ffmpeg for an MP4.
         ResultFileError: ``path`` exists and is not to be overwritten, or cannot be written.
     """
-    kind = _kind(path)
-    path = writable_path(path, overwrite)
+    path = film_path(path, overwrite)
+    kind = path.suffix.lower()
     fps, scale = positive("fps", fps), number("scale", scale)
     if kind == ".gif" and not SLOWEST_GIF <= fps <= FASTEST_GIF:
         raise InputError(f"fps must lie in [{SLOWEST_GIF:g}, {FASTEST_GIF:g}] in a GIF, is {fps:g}")
@@ -72,11 +72,16 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
     return path
 
 
-def _kind(path):
-    kind = Path(path).suffix.lower()
-    if kind not in FORMATS:
+def film_path(path, overwrite=False):
+    """``path`` as that of a film.
+
+    Raises:
+        InputError: it has no ending of ``FORMATS``.
+        ResultFileError: it exists and is not to be overwritten, or cannot be written.
+    """
+    if Path(path).suffix.lower() not in FORMATS:
         raise InputError(f"{path}: the ending of a film must be one of: {', '.join(FORMATS)}")
-    return kind
+    return writable_path(path, overwrite)
 
 
 def _writer(kind, fps):

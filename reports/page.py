@@ -35,7 +35,8 @@ FINDINGS = Path(__file__).with_name("findings.toml")
 
 SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacNeal-Harder",
           "nonlinear": "Sze, Liu and Lo", "rotations": "1000 turns",
-          "dynamics": "order, frequencies", "junctions": "folds", "benchmarks": "symmetry",
+          "dynamics": "order, frequencies", "junctions": "folds", "vibration": "modes, spin",
+          "buckling": "plate, column, cylinder", "benchmarks": "symmetry",
           "mutants": "wrong variants"}
 """What the verification suites are about, in a few words."""
 

@@ -11,7 +11,16 @@ from corovec.solver.errors import InputError
 from corovec.solver.signatures import checked
 
 from .recording import Recording
-from .space import Angles, Space, View, best_view, bounds, density_bar, density_scale
+from .space import (
+    DENSITY,
+    Angles,
+    Space,
+    View,
+    best_view,
+    bounds,
+    density_bar,
+    density_scale,
+)
 from .style import WIDTH, styled
 
 MOVED = 0.5
@@ -74,7 +83,7 @@ def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale
     view = best_view(framed.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [instant(recording, time) for time in times]
     way = (corners, centres) if travels and len(frames) > 1 else None
-    figure = _frames(framed, density, captions, view, way)
+    figure = side_by_side(framed, density, captions, view, way)
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
@@ -91,9 +100,9 @@ def instant(recording, time):
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
 
-def _frames(corners, density, captions, view, way):
-    """A panel for each frame, all of one scale, below the ``way`` (corners and centres on it) if
-    there is one."""
+def side_by_side(corners, density, captions, view, way=None, label=DENSITY):
+    """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and
+    centres on it) if there is one."""
     most = next((columns for n, columns in COLUMNS.items() if len(corners) <= n), MOST_COLUMNS)
     columns, scale = min(most, len(corners)), density_scale(density)
     seen = view(corners).reshape(-1, 2)
@@ -113,7 +122,7 @@ def _frames(corners, density, captions, view, way):
         panels[k].set(xlim=(left, right), ylim=(low, high))
         panels[k].set_title(caption, size=7.5, pad=3.0)
     space.scale_bar()
-    density_bar(figure, scale, density, panels, location="bottom", shrink=0.5, aspect=35)
+    density_bar(figure, scale, density, panels, label, location="bottom", shrink=0.5, aspect=35)
     if way:
         _draw_way(figure.add_subplot(grid[0, :]), *way, density, captions, view, looks)
     return figure

@@ -51,6 +51,9 @@ PEAKS = 0.995
 """Part of the values below the end of the colours, so that a single peak does not darken all."""
 
 
+DENSITY = "strain energy density [J/m²]"
+
+
 class View:
     """A parallel projection, seen from an elevation and an azimuth [degrees].
 
@@ -300,7 +303,7 @@ def density_scale(density):
     return ScalarMappable(Normalize(0.0, top), COLOURS)
 
 
-def density_bar(figure, scale, density, axes, label="strain energy density [J/m²]", **place):
+def density_bar(figure, scale, density, axes, label=DENSITY, **place):
     """The colour bar of ``density_scale``."""
     beyond = "max" if density.max() > scale.norm.vmax else "neither"
     bar = figure.colorbar(scale, ax=axes, extend=beyond, label=label, **place)

@@ -42,6 +42,10 @@ class ResultFileWarning(UserWarning):
     """Something at the end of a result file is damaged, and what was written before it is used."""
 
 
+class StabilityWarning(UserWarning):
+    """A path of equilibria has passed a bifurcation: states after it may be unstable."""
+
+
 def warn(message, category):
     """A warning of one line, about the user's line that called this package."""
     depth, frame = 1, sys._getframe()

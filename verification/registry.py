@@ -19,10 +19,11 @@ from .suites import (
     rotations,
     shear,
     stresses,
+    vibration,
 )
 
 SUITES = (patch, kernel, linear, shear, stresses, nonlinear, rotations, dynamics, junctions,
-          benchmarks, mutants)
+          vibration, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 

@@ -3,6 +3,8 @@
 import importlib
 import json
 import re
+import subprocess
+import sys
 from functools import reduce
 from pathlib import Path
 
@@ -90,3 +92,12 @@ def test_the_same_example_everywhere():
 
     readme = example((ROOT / "README.md").read_text(encoding="utf-8"))
     assert example(text_of("index.md")) == example(text_of("own-shell.md")) == readme
+
+
+def test_example_of_modes():
+    """That of ``modes.md`` prints what the page says."""
+    text = text_of("modes.md")
+    example = re.search(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)[1]
+    done = subprocess.run([sys.executable, "-c", example], text=True, capture_output=True,
+                          check=True)
+    assert done.stdout.strip() == re.search(r"It prints `(.*?)`", text)[1]

@@ -68,18 +68,19 @@ def good(folder):
 
 OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "ModelRun", "Stresses",
             "Configuration", "AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
-            "ResultFileWarning", "StepError", "Curve", "warm_up"}
+            "ResultFileWarning", "StabilityWarning", "StepError", "Curve", "Modes", "Buckling",
+            "warm_up"}
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""
 
 FITS = {
     ("loads", "empty"), ("supports", "empty"), ("items", "empty"),  # nothing of all kinds
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
-                                  "all_quads", "rising")), ("probes", "dict"),
+                                  "all_quads", "rising", "switch")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
     *((name, kind) for kind in ("float", "negative")
       for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor", "amplitude",
-                   "phase", "mean")),
+                   "phase", "mean", "factor")),
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
         "end_time", "length", "radius", "end", "frequency")),

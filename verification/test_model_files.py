@@ -26,6 +26,7 @@ from corovec import (
 )
 from corovec.solver.cli import cli
 from corovec.solver.input import reference
+from corovec.solver.input.acting import KINDS
 from corovec.solver.input.files import read_model
 from corovec.solver.input.running import ReadySteps
 from corovec.verification.helpers import corovec
@@ -65,14 +66,13 @@ def test_the_reference_has_every_key(kind):
     for name, field in kind.model_fields.items():
         if not re.search("below$|^written", examples[name]) and "=" not in examples[name][:6]:
             value = tomllib.loads(f"value = {examples[name]}")["value"]
-            if not (kind.__name__ == "Load" and name in ("force", "moment", "pressure",
-                                                         "gravity")):
+            if not (kind.__name__ == "Load" and name in KINDS):
                 TypeAdapter(field.rebuild_annotation()).validate_python(value)
 
 
 def test_reference_and_schema_are_printed():
     text = corovec("schema").stdout
-    assert "[[loads]]: A force, a moment, a pressure or a weight" in text
+    assert "[[loads]]: A force, a moment, a pressure, a weight or a spin" in text
     assert re.search(r"gravity +acceleration of everything that has mass \[m/s\^2\]\n +example: "
                      r"\[0.0, 0.0, -9.81\]", text)
     schema = json.loads(corovec("schema", "--json").stdout)
@@ -235,12 +235,15 @@ LOAD = '[[loads]]\nname = "a"\n'
 
 
 @pytest.mark.parametrize("text, message", [
-    (LOAD, "loads[0]: one of force, moment, pressure, gravity is needed, none is given"),
+    (LOAD, "loads[0]: one of force, moment, pressure, gravity, centrifugal is needed, none is "
+     "given"),
     (LOAD + "force = [0, 0, 1]", "loads[0]: a force needs one of: at, line, curve, nodes, surface"),
     (LOAD + "at = [0, 0, 0]\nforce = [0, 0, 1]\npressure = 1", "force and pressure are given"),
     (LOAD + "at = [0, 0, 0]\npressure = 1", "a pressure has no at, it acts on one of: surface"),
     (LOAD + "surface = 'all'\nmoment = [0, 0, 1]", "a moment has no surface, it acts on one of:"),
     (LOAD + "at = [0, 0, 0]\ngravity = [0, 0, 1]", "a gravity has no at"),
+    (LOAD + "about = [0, 0, 0]\ngravity = [0, 0, 1]", "a gravity has no about"),
+    (LOAD + "centrifugal = [0, 0, 1]", "centrifugal forces are those of a frame that turns: of a"),
     (LOAD + "surface = 'middle'\npressure = 1", "loads[0].surface: group 'middle' is unknown, must "
      "be one of: left, right"),
     (LOAD + "curve = 'rim'\nforce = [0, 0, 1]", "loads[0].curve: line 'rim' is unknown, there is"),

@@ -7,13 +7,13 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..checks import floats
 from ..errors import InputError
+from ..model.loads import Centrifugal
 from ..model.model import Model
 from ..results.files import output_path
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
-from ..results.stresses import Configuration
+from ..results.stresses import Configuration, configuration
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
@@ -80,6 +80,11 @@ def check_run(model, settings, probes):
     Raises:
         InputError: as of ``simulate``, for these arguments.
     """
+    for k, load in enumerate(model.loads):
+        if isinstance(load, Centrifugal):
+            raise InputError(f"load {k}: centrifugal forces are those of a frame that turns, of "
+                             "statics and modes; a shell in motion has them by its velocity, see "
+                             "rigid_velocity")
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_impulses(model, settings)
@@ -88,21 +93,10 @@ def check_run(model, settings, probes):
 
 def _start(model, start):
     """A ``Configuration`` to start from, checked, with rates."""
-    if start.linear:
-        raise InputError("start is a linear solution, which is no equilibrium: take a state of "
-                         "load_control")
+    found = configuration("start", model, start)
     if np.any(model.velocity) or np.any(model.normal_velocity):
         raise InputError("start has its own velocities, the model must have none")
-    still = Configuration(np.zeros_like(model.nodes), np.zeros_like(model.normals))
-    u = floats("start.displacement", start.displacement, model.nodes.shape)
-    p = floats("start.directors", start.directors, model.normals.shape)
-    v, w = (floats(f"start.{name}", none if getattr(start, name) is None else getattr(start, name),
-                   none.shape) for name, none in (("velocity", still[0]),
-                                                  ("director_rates", still[1])))
-    off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
-    if off.max() > 1e-9:
-        raise InputError(f"start.directors[{off.argmax()}] is no unit vector")
-    return Configuration(u, p, False, v, w)
+    return found
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):

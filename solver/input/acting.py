@@ -16,6 +16,7 @@ from ..model.histories import (
 )
 from ..model.loads import (
     COMPONENTS,
+    Centrifugal,
     Gravity,
     NodalLoad,
     NodalMoment,
@@ -121,8 +122,12 @@ class History(Strict):
                                                 list(zip(self.times, self.values))))
 
 
+KINDS = ("force", "moment", "pressure", "gravity", "centrifugal")
+"""What a load can be."""
+
+
 class Load(Strict):
-    """A force, a moment, a pressure or a weight, with its place and its function of time.
+    """A force, a moment, a pressure, a weight or a spin, with its place and its function of time.
 
     Attributes:
         name: of the load.
@@ -136,6 +141,8 @@ class Load(Strict):
         moment: about fixed axes; of a point or of each node [N m], along a line [N m/m].
         pressure: along the normals, which it follows; everywhere without a surface [Pa].
         gravity: acceleration of everything that has mass [m/s^2].
+        centrifugal: angular velocity of a frame that turns, of static steps [rad/s].
+        about: a point on its axis [m]; the origin without it.
     """
 
     name: Name
@@ -149,8 +156,10 @@ class Load(Strict):
     moment: Annotated[Sourced[Point], Unit(None)] | None = None
     pressure: Annotated[Sourced[Number], Unit(None)] | None = None
     gravity: Annotated[Sourced[Point], Unit(None)] | None = None
+    centrifugal: Annotated[Sourced[Point], Unit(None)] | None = None
+    about: in_unit("m", Point) | None = None
 
-    @field_validator("force", "moment", "pressure", "gravity", mode="before")
+    @field_validator(*KINDS, mode="before")
     @classmethod
     def _plain(cls, value, info):
         return value if value is None else sourced(
@@ -165,14 +174,16 @@ class Load(Strict):
         if given and given[0] not in allowed:
             raise ValueError(f"a {kind} has no {given[0]}" + (
                 f", it acts on one of: {', '.join(allowed)}" if allowed else ""))
+        if self.about and kind != "centrifugal":
+            raise ValueError(f"a {kind} has no about")
         if not given and kind in ("force", "moment"):
             raise ValueError(f"a {kind} needs one of: {', '.join(allowed)}")
         return self
 
     @property
     def kind(self):
-        """One of ``force``, ``moment``, ``pressure``, ``gravity``."""
-        return only_one(self, ("force", "moment", "pressure", "gravity"))
+        """One of ``KINDS``."""
+        return only_one(self, KINDS)
 
     @property
     def value(self):
@@ -199,6 +210,9 @@ class Load(Strict):
         value = self.value.value
         if self.gravity:
             return [Gravity(value, function)]
+        if self.centrifugal:
+            about = self.about.value if self.about else (0.0, 0.0, 0.0)
+            return [Centrifugal(value, about, function)]
         if self.pressure:
             everywhere = self.surface in (None, "all")
             return [Pressure(value, None if everywhere else mesh.groups[self.surface].tolist(),
@@ -218,7 +232,7 @@ class Load(Strict):
 
 PLACES = ("at", "line", "curve", "nodes", "surface")
 PLACES_OF = {"force": PLACES, "moment": ("at", "line", "curve", "nodes"), "pressure": ("surface",),
-             "gravity": ()}
+             "gravity": (), "centrifugal": ()}
 PER = {"at": "", "nodes": "", "line": "/m", "curve": "/m", "surface": "/m^2", None: ""}
 """What a force is given per, by its place."""
 
@@ -231,7 +245,7 @@ def _place_in(data):
 def _unit(kind, place):
     """What a load of a kind at a kind of place is in."""
     return {"force": "N" + PER[place], "moment": "N m" + PER[place], "pressure": "Pa",
-            "gravity": "m/s^2"}[kind]
+            "gravity": "m/s^2", "centrifugal": "rad/s"}[kind]
 
 
 Range = Number | tuple[Number, Number]

@@ -298,6 +298,12 @@ class ModelFile(Strict):
             for name in step.loads or ():
                 if name not in names:
                     yield _unknown(f"steps[{k}].loads", name, names)
+        motion = self.dynamic if self.steps or self.defaults else None
+        for k, load in enumerate(self.loads):
+            moves = motion and (motion.loads is None or load.name in motion.loads)
+            if moves and load.kind == "centrifugal":
+                yield (f"loads[{k}]: centrifugal forces are those of a frame that turns: of a "
+                       "static step, not of a motion")
         if self.motion and "static" in kinds:
             yield "motion: the motion starts from the equilibrium of the static step, at rest"
 

@@ -45,11 +45,12 @@ def add_axial_forces(nodes, pairs, stiffness, lengths, motion, delta, weight, fo
 
 
 @kernel
-def add_axial_stiffness(dofs, storage, pairs, stiffness, lengths, motion, delta, weight, values,
+def add_axial_stiffness(dofs, storage, pairs, stiffness, lengths, motion, delta, step, values,
                         skew):
     """Add their stiffness, ``w ((k - N / l_m) m n_1^T + N / l_m 1)``, m = x_m / l_m, n_1 = x_1 /
     l_1, to the symmetric part of a matrix, and to the skew part if it has one."""
     x_0, x_1, k_s = np.empty(3), np.empty(3), np.empty((2, 3, 2, 3))
+    weight = 1.0 - step.alpha_f
     for k in range(pairs.shape[0]):
         l_0, l_1 = _ends(pairs[k], dofs.nodes, motion, delta, x_0, x_1)
         mean = weight * l_1 + (1.0 - weight) * l_0
@@ -59,8 +60,8 @@ def add_axial_stiffness(dofs, storage, pairs, stiffness, lengths, motion, delta,
         for a in range(3):
             m_a = (weight * x_1[a] + (1.0 - weight) * x_0[a]) / mean
             for b in range(3):
-                entry = weight * (stiffness[k] - pull) * m_a * x_1[b] / l_1
-                entry += weight * pull if a == b else 0.0
+                entry = step.stiffness * (stiffness[k] - pull) * m_a * x_1[b] / l_1
+                entry += step.stiffness * pull if a == b else 0.0
                 k_s[0, a, 0, b] = k_s[1, a, 1, b] = entry
                 k_s[0, a, 1, b] = k_s[1, a, 0, b] = -entry
         add_cell(dofs, storage, pairs[k], (3, 3), k, k_s, values, skew)
@@ -79,10 +80,10 @@ def add_ground_forces(nodes, cells, stiffness, X, motion, delta, weight, forces)
 
 
 @kernel
-def add_ground_stiffness(dofs, storage, cells, stiffness, weight, values, skew):
-    """Add their stiffness, ``w k``."""
+def add_ground_stiffness(dofs, storage, cells, stiffness, factor, values, skew):
+    """Add ``factor k``."""
     k_s = np.zeros((1, 3, 1, 3))
     for k in range(cells.shape[0]):
         for c in range(3):
-            k_s[0, c, 0, c] = weight * stiffness[k, c]
+            k_s[0, c, 0, c] = factor * stiffness[k, c]
         add_cell(dofs, storage, cells[k], (3,), k, k_s, values, skew)

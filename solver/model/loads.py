@@ -93,6 +93,26 @@ class Gravity:
 
 
 @dataclass(frozen=True)
+class Centrifugal:
+    """Centrifugal forces of a frame that turns at ``omega`` [rad/s] about the point ``about`` [m].
+
+    ``f = omega x (x x omega)`` times the mass, rotary inertia of the directors included; they
+    follow the shell.  ``history`` multiplies the forces, so a load factor of 1/4 is half the
+    speed.  Statics finds the equilibrium in that frame, ``modes`` the vibrations about it.
+    Reaction moments leave out its couples on held normals, of the order h^2/12.
+    """
+
+    omega: tuple
+    about: tuple = (0.0, 0.0, 0.0)
+    history: FunctionOfTime = CONSTANT
+
+    def __post_init__(self):
+        _plain(self, history=_history(self.history),
+               omega=vector("centrifugal: omega", self.omega, "rad/s"),
+               about=vector("centrifugal: about", self.about, "m"))
+
+
+@dataclass(frozen=True)
 class Support:
     """Fixed or, in statics, prescribed components of some nodes.
 

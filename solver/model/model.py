@@ -32,11 +32,20 @@ from .attached import ATTACHED, Damping, GroundSpring, check_attached, with_mass
 from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .inertia import mass_properties
-from .loads import COMPONENTS, Drive, Gravity, NodalLoad, NodalMoment, Pressure, Support
+from .loads import (
+    COMPONENTS,
+    Centrifugal,
+    Drive,
+    Gravity,
+    NodalLoad,
+    NodalMoment,
+    Pressure,
+    Support,
+)
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 
-LOADS = (NodalLoad, NodalMoment, Pressure, Gravity)
+LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal)
 
 STEEPEST_COMPONENT = 0.75
 """Largest square of a single normal component that a support may hold: beyond, what is left of the
@@ -54,7 +63,8 @@ class Model:
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
-        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s and ``Gravity``; see
+        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s, ``Gravity`` and
+            ``Centrifugal``; see
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
@@ -300,7 +310,7 @@ class Model:
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
-            elif not isinstance(load, Gravity):
+            elif isinstance(load, NodalLoad | NodalMoment):
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):

@@ -52,6 +52,7 @@ class _ArcLength(_StaticSettings):
     method: Literal["arc length"]
     length: float
     wanted_iterations: int
+    switch: bool
 
 
 class _Versions(_Strict):

@@ -27,11 +27,11 @@ STATICS = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("load", "f8", 3), ("load_moment", "f8", 3),
     ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("force_balance", "f8"),
     ("moment_balance", "f8"), ("iterations", "i4"), ("steps", "i4"), ("indefinite", "i4"),
-    ("next_step", "f8")])
+    ("negative_pivots", "i4"), ("next_step", "f8")])
 """A row of a static path: its load factor, the resultants of loads and reactions and their moments
 about the origin, what is left of their sums (see ``Balance``), iterations, load steps and
-factorizations with negative pivots since the row before, and the step (load factor or arc length)
-that is tried next."""
+factorizations with negative pivots since the row before, how many negative pivots the last of them
+has (-1: the solver does not tell), and the step (load factor or arc length) that is tried next."""
 
 PROBES = {
     "node": {"_u": ("displacement", (3,)), "_v": ("velocity", (3,))},

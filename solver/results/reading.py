@@ -17,7 +17,7 @@ from .vtkhdf import frames_shown
 
 FORMAT = "corovec-run-6"
 
-OLDER = tuple(f"corovec-run-{k}" for k in range(1, 5))
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, 6))
 
 
 @checked

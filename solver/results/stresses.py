@@ -196,6 +196,27 @@ def stresses(model: Model, state: Configuration, axes: Annotated[np.ndarray, _di
     return found
 
 
+def configuration(name, model, given):
+    """``given`` as a ``Configuration`` of ``model``, checked, with rates; ``name`` is what it is
+    called in errors.
+
+    Raises:
+        InputError: it is linear, of another model, or a director is no unit vector.
+    """
+    if given.linear:
+        raise InputError(f"{name} is a linear solution, which is no equilibrium: take a state of "
+                         "load_control")
+    u = floats(f"{name}.displacement", given.displacement, model.nodes.shape)
+    p = floats(f"{name}.directors", given.directors, model.normals.shape)
+    v, w = (floats(f"{name}.{of}", none if getattr(given, of) is None else getattr(given, of),
+                   none.shape) for of, none in (("velocity", np.zeros_like(u)),
+                                                ("director_rates", np.zeros_like(p))))
+    off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
+    if off.max() > 1e-9:
+        raise InputError(f"{name}.directors[{off.argmax()}] is no unit vector")
+    return Configuration(u, p, False, v, w)
+
+
 def recovered(model, e, b, displacement, directors, axes=None):
     """``Stresses`` of measures e (n_elem, n_s) and b (n_elem, 11); see ``stresses``."""
     N, M, S = model.recovery

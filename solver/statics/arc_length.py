@@ -23,7 +23,8 @@ ROOM = 100
 @threadpool_limits.wrap(limits=1)
 def arc_length(model: Model, length: Positive, until: Callable,
                settings: StaticSettings = DEFAULT, max_steps: Count = 2000, wanted: Count = 5, *,
-               output: File = None, overwrite: bool = False, resume: bool = False):
+               switch: bool = False, output: File = None, overwrite: bool = False,
+               resume: bool = False):
     """Equilibrium path through limit points and snap-backs, by Crisfield's cylindrical arc length.
 
     Every load must be proportional to the load factor (constant history).  A step satisfies
@@ -37,6 +38,8 @@ def arc_length(model: Model, length: Positive, until: Callable,
         settings: ``StaticSettings``.
         max_steps: steps of the path at most.
         wanted: iterations of a step, see above.
+        switch: where the path has passed a bifurcation, leave it for the branch that starts there,
+            by a step along the shape in which the tangent is weakest; else there is a warning.
         output: result file (HDF5), which gets every row and frame; ParaView shows their numbers as
             time, because factors may fall.
         overwrite: replace ``output`` if it exists.
@@ -46,7 +49,7 @@ def arc_length(model: Model, length: Positive, until: Callable,
         ``StaticResult``, a row for each step, the first at zero load.
 
     Warns:
-        AccuracyWarning: as of ``load_control``.
+        AccuracyWarning, StabilityWarning: as of ``load_control``.
 
     Raises:
         InputError: a load depends on time, none acts on a free component, or a displacement is
@@ -63,13 +66,15 @@ def arc_length(model: Model, length: Positive, until: Callable,
     arc = _Arc(path, settings)
     smallest = length * 1e-6
     path.begin(length, output, overwrite, resume, ROOM, method="arc length", length=length,
-               wanted_iterations=wanted)
+               wanted_iterations=wanted,
+               switch=switch)
     factor, length = path.rows.reached
     while len(path.rows) == 1 or not until(factor, path.rows.displacement(-1)):
         if len(path.rows) > max_steps:
             raise StepError(f"the path did not reach its end within {max_steps} steps")
+        leaves = switch and path.unseen > 0
         try:
-            used, reached = arc.step(factor, length)
+            used, reached = arc.step(factor, length, leaves)
         except NotConverged as failure:
             length *= 0.5
             if length < smallest:
@@ -79,12 +84,23 @@ def arc_length(model: Model, length: Positive, until: Callable,
         length *= min(2.0, np.sqrt(wanted / used))
         factor = reached
         with told():
-            path.append(factor, used, 1, length, shown=len(path.rows))
+            path.append(factor, used, 1, length, shown=len(path.rows), turned=arc.turned)
+        if leaves:  # the tangent of the other branch has its own negative pivots
+            path.unseen = 0
+        if not switch:
+            path.warn_of_bifurcation("switch=True follows the other branch")
     return path.result(0)
+
+
+INVERSE_ITERATIONS = 30
+"""Beyond a bifurcation one eigenvalue is far nearer to zero than all others."""
 
 
 class _Arc:
     """Steps of given length along a path.
+
+    Attributes:
+        turned: whether the load turned round in the last step.
 
     Raises:
         InputError: no load acts on a free component.
@@ -96,9 +112,10 @@ class _Arc:
         if not np.any(path.equilibrium.free(path.equilibrium.unit_forces())):
             raise InputError("arc length needs a load that is not zero where no support holds")
         self._displacements = np.sort(system.translations.ravel())
+        self.turned = False
 
-    def step(self, factor, length):
-        """One step; (iterations, new factor).
+    def step(self, factor, length, branch=False):
+        """One step; (iterations, new factor).  ``branch``: off the path, along its weakest shape.
 
         Raises:
             NotConverged: why there is none; the state is as it was.
@@ -106,12 +123,12 @@ class _Arc:
         state = self._equilibrium.state
         backup = state.pack()
         try:
-            return self._iterate(factor, length)
+            return self._iterate(factor, length, branch)
         except NotConverged:
             state.unpack(backup)
             raise
 
-    def _iterate(self, factor, length):
+    def _iterate(self, factor, length, branch):
         equilibrium, taken = self._equilibrium, self._displacements
         solver = equilibrium.system.solver
         moved = first = None
@@ -121,12 +138,13 @@ class _Arc:
             correction = equilibrium.correction(factor, mixed=k > 1)
             tangent = solver.solve(equilibrium.free(load))
             if k == 1:
-                # predictor along the tangent, onwards
+                # predictor along the tangent, onwards, or along the weakest shape
+                rising = self._onwards(tangent)
                 size = length / np.linalg.norm(tangent[taken])
-                change = size if self._onwards(tangent) else -size
-                correction = change * tangent
+                change = 0.0 if branch else size if rising else -size
+                correction = length * self._weakest() if branch else change * tangent
                 moved = correction[taken].copy()
-                first = abs(change * float(load @ correction))
+                first = size**2 * abs(float(load @ tangent))
                 equilibrium.works.append(first)
             else:
                 equilibrium.works.append(equilibrium.work(correction))
@@ -138,6 +156,7 @@ class _Arc:
             factor += change
             equilibrium.move(correction)
             if equilibrium.converged(k, first):
+                self.turned = rising is not bool(moved @ tangent[taken] >= 0.0)
                 return k, factor
         raise NotConverged(equilibrium.too_slow(first))
 
@@ -147,7 +166,17 @@ class _Arc:
         if len(rows) == 1:
             return True
         moved = rows.displacement(-1) - rows.displacement(-2)
-        return np.sum(moved * tangent[self._equilibrium.system.translations]) >= 0.0
+        return bool(np.sum(moved * tangent[self._equilibrium.system.translations]) >= 0.0)
+
+    def _weakest(self):
+        """The shape (n_dof,) of the eigenvalue of the tangent that is next to zero, by inverse
+        iteration; its displacements have the length 1."""
+        equilibrium, scale = self._equilibrium, self._equilibrium.system.lengths
+        shape = equilibrium.free(np.random.default_rng(0).standard_normal(len(scale)))
+        for _ in range(INVERSE_ITERATIONS):
+            shape = equilibrium.system.solver.solve(equilibrium.free(scale**2 * shape))
+            shape /= np.linalg.norm(shape[self._displacements])
+        return shape
 
 
 def _onto_arc(moved, correction, tangent, length):

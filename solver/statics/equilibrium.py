@@ -42,12 +42,13 @@ class Equilibrium:
             solver does not tell.
     """
 
-    def __init__(self, model, settings, geometric=True):
-        """``geometric=False`` leaves the geometric stiffness out, a wrong variant."""
+    def __init__(self, model, settings, geometric=True, start=None):
+        """``geometric=False`` leaves the geometric stiffness out, a wrong variant; ``start`` is
+        the ``Configuration`` to begin with, with rates, if not that of the model."""
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver, full_tangent=True)
-        self.state = self.system.start()
+        self.state = self.system.start(start)
         self.place = self.system.observe(self.state)
         self.works, self.pivots = [], []
         self._geometric = geometric
@@ -190,9 +191,13 @@ class Equilibrium:
         turn = system.coordinates.largest_turn(start, correction)
         if turn > LARGEST_TURN:
             correction = LARGEST_TURN / turn * correction
-        updates.predict_strains(system.elements, system.dofs.nodes, self.state.motion, start,
-                                correction, self._predictions)
+        self.predict(correction)
         system.coordinates.correct(self.state, start, correction)
+
+    def predict(self, correction):
+        """Take the stresses of the next mixed tangent from the linear part of a correction."""
+        updates.predict_strains(self.system.elements, self.system.dofs.nodes, self.state.motion,
+                                self.place.start, correction, self._predictions)
 
     def _factorize(self):
         self.pivots.append(self.system.factorize())

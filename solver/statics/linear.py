@@ -53,14 +53,12 @@ def solve_linear(model: Model, solver="skyline"):
         _refine(equilibrium, solution)
     except SingularMatrix as error:
         raise InputError(f"the shell is a mechanism: {error}") from None
-    nodes, A1 = equilibrium.system.dofs.nodes, equilibrium.place.start.A1
-    displacement = solution[equilibrium.system.translations]
-    change = np.concatenate([
-        A1[d:end, :, :n] @ solution[start + 3:start + 3 + n]
-        for d, end, start, n in zip(nodes.first, nodes.first[1:], nodes.start, nodes.n_rot)])
+    system = equilibrium.system
+    displacement = solution[system.translations]
+    change = system.coordinates.change_of_directors(equilibrium.place.start, solution)
     _residual(equilibrium, solution)
     reactions = equilibrium.reactions(1.0)
-    return LinearResult(displacement, change[nodes.first[:-1]], change, reactions.forces,
+    return LinearResult(displacement, change[model.directors.first[:-1]], change, reactions.forces,
                         reactions.moments, equilibrium.balance(1.0, reactions)[1])
 
 

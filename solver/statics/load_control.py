@@ -42,6 +42,7 @@ def load_control(model: Model, factors, settings: StaticSettings = DEFAULT,
 
     Warns:
         AccuracyWarning: rounding leaves few digits of the displacements or of the reactions.
+        StabilityWarning: the path passed a bifurcation.
 
     Raises:
         InputError: factors do not ascend, or a rigid motion is left free.
@@ -85,6 +86,7 @@ def _reach(path, target, settings):
         if used <= settings.fast_iterations:
             step *= 1.5
     path.append(target, iterations, steps, step, shown=target)
+    path.warn_of_bifurcation("perturb the shell, or let arc_length switch to the other branch")
 
 
 def _listed(factors):

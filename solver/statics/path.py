@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from ..errors import AccuracyWarning, warn
+from ..errors import AccuracyWarning, StabilityWarning, warn
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
 from ..system.rounding import FEW
@@ -18,10 +18,12 @@ class Path:
     Attributes:
         equilibrium: ``Equilibrium``.
         rows: ``Rows``, the first at zero load.
+        unseen: critical points between the last two rows that are no limit points.
     """
 
     def __init__(self, model, settings):
         self.equilibrium = Equilibrium(model, settings)
+        self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
         self.rows = Rows(self.equilibrium.system, self.equilibrium.state, self.equilibrium.place,
@@ -47,7 +49,7 @@ class Path:
             self.append(0.0, 0, 0, first_step, 0.0)
             self.rows.create(output, description, n_steps, overwrite)
 
-    def append(self, factor, iterations, steps, next_step, shown):
+    def append(self, factor, iterations, steps, next_step, shown, turned=False):
         """A row of the state.
 
         Args:
@@ -55,6 +57,7 @@ class Path:
             iterations: iterations since the row before; steps: load steps.
             next_step: step to be tried next.
             shown: its time in ParaView.
+            turned: whether the load turned round since the row before.
         """
         equilibrium = self.equilibrium
         equilibrium.assemble(factor, tangent=False)
@@ -63,9 +66,13 @@ class Path:
         if len(self.rows):
             self._check_balance(factor)
         pivots, equilibrium.pivots = equilibrium.pivots, []
-        indefinite = NOT_TOLD if None in pivots else sum(map(bool, pivots))
+        told = None not in pivots
+        indefinite = sum(map(bool, pivots)) if told else NOT_TOLD
+        negative = (pivots or [0])[-1] if told else NOT_TOLD
+        self.unseen = self._passed(negative, turned)
         self.rows.append((factor, equilibrium.place.observed.strain, *loads, reactions.force,
-                          reactions.moment, *left, iterations, steps, indefinite, next_step),
+                          reactions.moment, *left, iterations, steps, indefinite, negative,
+                          next_step),
                          reactions, shown)
 
     def result(self, first):
@@ -74,6 +81,20 @@ class Path:
         return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock)
+
+    def warn_of_bifurcation(self, onwards):
+        """Warn where a bifurcation lies between the last two rows; ``onwards``: what to do."""
+        if self.unseen:
+            warn(f"a bifurcation lies before load factor {self.rows.reached[0]:.6g}, where the "
+                 f"tangent has {self.rows.negative_pivots} negative pivots: {onwards}",
+                 StabilityWarning)
+
+    def _passed(self, negative, turned):
+        """Critical points since the row before that are no limit points: at a simple one the number
+        of negative pivots changes by one, at a limit point the load turns round as well."""
+        if not len(self.rows) or NOT_TOLD in (negative, self.rows.negative_pivots):
+            return 0
+        return max(0, abs(negative - self.rows.negative_pivots) - turned)
 
     def _check_balance(self, factor):
         """Warn of an equilibrium that leaves more than little of its forces: of a thin shell under

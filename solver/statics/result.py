@@ -69,6 +69,8 @@ class StaticResult:
             relative to the sums of the magnitudes of all nodal ones.
         iterations: (n,) Newton iterations since the row before.
         steps: (n,) load steps taken since the row before.
+        negative_pivots: (n,) of the last tangent before each row: as many directions in which the
+            state is unstable; -1 where the solver does not tell.
         works: works of the corrections of the last step computed, first to last.
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
@@ -88,6 +90,7 @@ class StaticResult:
     balances: np.ndarray
     iterations: np.ndarray
     steps: np.ndarray
+    negative_pivots: np.ndarray
     works: tuple
     solver: str
     indefinite: int
@@ -116,7 +119,7 @@ class StaticResult:
                       "reaction_moment": self.reaction_moment,
                       "force_balance": self.balances[:, 0],
                       "moment_balance": self.balances[:, 1], "iterations": self.iterations,
-                      "steps": self.steps})
+                      "steps": self.steps, "negative_pivots": self.negative_pivots})
 
 
 class Rows:
@@ -143,6 +146,11 @@ class Rows:
         counts = [int(row["indefinite"][0]) for row in self._history]
         return sum(counts) if min(counts) >= 0 else None
 
+    @property
+    def negative_pivots(self):
+        """Negative pivots of the last row."""
+        return int(self._history[-1]["negative_pivots"][0])
+
     def displacement(self, k):
         """Displacements (n_nodes, 3) of row ``k`` [m]."""
         return self._nodal[k]["displacement"]
@@ -155,7 +163,8 @@ class Rows:
         left = np.stack([history["force_balance"], history["moment_balance"]], axis=1)
         return (history["factor"], displacement, normals, history["strain_energy"], directors,
                 reactions, moments, history["reaction_moment"], history["load"],
-                history["load_moment"], left, history["iterations"], history["steps"])
+                history["load_moment"], left, history["iterations"], history["steps"],
+                history["negative_pivots"])
 
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""

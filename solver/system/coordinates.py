@@ -79,6 +79,12 @@ class Charts:
         delta = np.ascontiguousarray(delta, dtype=float)
         return self._advance(self.nodes, state.motion, step, delta, work) == DONE
 
+    def change_of_directors(self, start, increment):
+        """``A1 dn`` (n_directors, 3) of a small increment (n_dof,) at a ``Start``."""
+        change = np.zeros_like(start.p)
+        self._rates(self.nodes, increment, start.A1, change)
+        return change
+
     def velocity(self, state):
         """Velocities of the nodes (n_nodes, 3) [m/s]."""
         return state.velocity[self._translations]

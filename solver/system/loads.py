@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import warn
-from ..kernels import couples, pressure
+from ..kernels import centrifugal, couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
-from ..model.loads import Gravity, NodalLoad, NodalMoment, Pressure
+from ..model.loads import Centrifugal, Gravity, NodalLoad, NodalMoment, Pressure
 from ..names import listed
 from .state import State
 
@@ -135,6 +135,41 @@ class NormalCouples:
                                       iterate.delta, iterate.step, values, skew)
 
 
+class CentrifugalForces:
+    """Centrifugal forces of frames that turn about points.
+
+    Attributes:
+        cells: (n, 4) nodes of the elements, all of them.
+    """
+
+    def __init__(self, model):
+        self._loads = [load for load in model.loads if isinstance(load, Centrifugal)]
+        self.cells = model.quads[:len(model.quads) if self._loads else 0]
+        self._elements = model.elements
+        self._work = centrifugal.blank_work(len(model.nodes), len(model.normals))
+
+    def at(self, value):
+        """``(Q, about)`` of each frame, ``Q = |omega|^2 1 - omega omega^T`` [1/s^2], times
+        ``value(history)``."""
+        return [(value(load.history) * (np.dot(load.omega, load.omega) * np.eye(3)
+                                        - np.outer(load.omega, load.omega)),
+                 np.array(load.about)) for load in self._loads]
+
+    def add_forces(self, dofs, iterate, frames, forces):
+        """Add the forces at an iterate to ``forces`` (n_dof,) [N]."""
+        for Q, about in frames:
+            centrifugal.add_centrifugal_forces(
+                self._elements, dofs, Q, about, iterate.state.motion, iterate.delta,
+                1.0 - iterate.step.alpha_f, self._work, forces)
+
+    def add_matrix(self, dofs, iterate, frames, storage, values, skew):
+        """Add their stiffness, which is symmetric."""
+        for Q, about in frames:
+            centrifugal.add_centrifugal_stiffness(
+                self._elements, dofs, storage, Q, about, iterate.state.motion, iterate.delta,
+                iterate.step, self._work, values, skew)
+
+
 class Applied(NamedTuple):
     """All loads at one time.
 
@@ -149,7 +184,8 @@ class Applied(NamedTuple):
 
 def items(model):
     """Items of the loads of a model, those that act on any cell."""
-    return [item for item in (FollowerPressure(model), NormalCouples(model)) if len(item.cells)]
+    kinds = (FollowerPressure, NormalCouples, CentrifugalForces)
+    return [item for item in (kind(model) for kind in kinds) if len(item.cells)]
 
 
 def check_acting(model):
@@ -177,6 +213,11 @@ def at_factor(factor):
     """The same for a static load factor: a constant load is multiplied by it, any other taken at
     it."""
     return lambda history: factor if history == CONSTANT else history(factor)
+
+
+def unloaded(history):
+    """The same where nothing acts: zero."""
+    return 0.0
 
 
 def _moments(model):

@@ -30,8 +30,8 @@ class AxialSprings:
     def add_matrix(self, dofs, iterate, storage, values, skew):
         """Add their stiffness to a matrix."""
         springs.add_axial_stiffness(dofs, storage, self.cells, self._stiffness, self._lengths,
-                                    iterate.state.motion, iterate.delta,
-                                    1.0 - iterate.step.alpha_f, values, skew)
+                                    iterate.state.motion, iterate.delta, iterate.step, values,
+                                    skew)
 
     def energy(self, state):
         """``1/2 sum k (l - L)^2`` [J]."""
@@ -62,7 +62,7 @@ class GroundSprings:
     def add_matrix(self, dofs, iterate, storage, values, skew):
         """Add their stiffness to a matrix."""
         springs.add_ground_stiffness(dofs, storage, self.cells, self._stiffness,
-                                     1.0 - iterate.step.alpha_f, values, skew)
+                                     iterate.step.stiffness, values, skew)
 
     def energy(self, state):
         """``1/2 sum u . k u`` [J]."""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         MeshWarning,
         ResultFileError,
         ResultFileWarning,
+        StabilityWarning,
         StepError,
     )
     from .solver.input.files import read_model
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
         read_time_function,
     )
     from .solver.model.loads import (
+        Centrifugal,
         Drive,
         Gravity,
         NodalLoad,
@@ -58,6 +60,8 @@ if TYPE_CHECKING:
     )
     from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
+    from .solver.modes.buckling import Buckling, buckling
+    from .solver.modes.vibration import Modes, modes
     from .solver.results.frame import data_frame
     from .solver.results.reading import read
     from .solver.results.stresses import Configuration, Stresses, stresses
@@ -75,17 +79,20 @@ _WHERE = {
     "dynamics.settings": ("Newton", "Settings"),
     "dynamics.simulation": ("simulate",),
     "errors": ("AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
-               "ResultFileWarning", "StepError"),
+               "ResultFileWarning", "StabilityWarning", "StepError"),
     "input.files": ("read_model",),
     "input.running": ("ModelRun", "run_model"),
     "model.attached": ("Damping", "GroundSpring", "PointMass", "Spring", "foundation"),
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
-    "model.loads": ("Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure", "Support",
+    "model.loads": ("Centrifugal", "Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure",
+                    "Support",
                     "line_load", "line_moment", "surface_load"),
     "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
+    "modes.buckling": ("Buckling", "buckling"),
+    "modes.vibration": ("Modes", "modes"),
     "results.frame": ("data_frame",),
     "results.reading": ("read",),
     "results.stresses": ("Configuration", "Stresses", "stresses"),
@@ -98,16 +105,16 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Configuration", "Damping", "Drift", "Drive", "EnergyProbe",
-    "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError", "LinearResult", "Mesh",
-    "MeshWarning", "Model", "ModelRun", "Newton", "NodalLoad", "NodalMoment", "PointMass",
-    "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Settings",
-    "Spring", "StaticResult", "StaticSettings", "StepError", "Steps", "StressProbe", "Stresses",
-    "Support", "TimeFunction", "arc_length", "block", "cylinder", "data_frame", "drift",
-    "foundation", "join", "line_load", "line_moment", "load_control", "orient", "read",
-    "read_model", "read_time_function", "rigid_velocity", "run_model", "simulate",
-    "solve_linear", "sphere", "sphere_segment", "stresses", "surface_load", "total_energy",
-    "warm_up",
+    "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Damping", "Drift", "Drive",
+    "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError",
+    "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Modes", "Newton", "NodalLoad",
+    "NodalMoment", "PointMass", "Pressure", "Result", "ResultFileError", "ResultFileWarning",
+    "Scheme", "Settings", "Spring", "StabilityWarning", "StaticResult", "StaticSettings",
+    "StepError", "Steps", "StressProbe", "Stresses", "Support", "TimeFunction", "arc_length",
+    "block", "buckling", "cylinder", "data_frame", "drift", "foundation", "join", "line_load",
+    "line_moment", "load_control", "modes", "orient", "read", "read_model",
+    "read_time_function", "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere",
+    "sphere_segment", "stresses", "surface_load", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

@@ -4,6 +4,7 @@ import numpy as np
 
 import corovec
 from corovec import (
+    Centrifugal,
     Gravity,
     InputError,
     Mesh,
@@ -70,6 +71,7 @@ def table(folder):
         Support: {"nodes": (0, 3), "components": ("x", "y", "z"), "displacement": 1e-3,
                    "history": PUSH},
         Gravity: {"acceleration": UP, "history": PUSH},
+        Centrifugal: {"omega": UP, "about": UP, "history": PUSH},
         TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
         corovec.Steps: {"times": (0.0, 1.0), "values": (1.0, 0.0)},
         corovec.Harmonic: {"frequency": 0.5, "amplitude": 1.0, "phase": 0.0, "mean": 0.0},
@@ -86,8 +88,12 @@ def table(folder):
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
                               "settings": StaticSettings(), "max_steps": 5, "wanted": 5,
-                              **files},
+                              "switch": False, **files},
         solve_linear: {"model": held, "solver": "skyline"},
+        corovec.modes: {"model": held, "n": 3, "factor": 0.0, "state": corovec.Configuration(
+            np.zeros((6, 3)), PLATE.normals)},
+        corovec.buckling: {"model": held, "n": 2, "factor": 0.0, "state": corovec.Configuration(
+            np.zeros((6, 3)), PLATE.normals)},
         corovec.stresses: {"model": PLATE, "axes": UP[::-1], "state": corovec.Configuration(
             np.zeros((6, 3)), PLATE.normals)},
         corovec.total_energy: {"history": history},
@@ -131,6 +137,8 @@ def used(made):
         simulate(made, RUN)
     elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
+    elif isinstance(made, Centrifugal):
+        corovec.load_control(rectangle(2.0, 1.0, (2, 1), loads=[made], supports=[CLAMP]), [1.0])
     elif isinstance(made, Support):
         solve_linear(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[made]))
     elif isinstance(made, FunctionOfTime):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from corovec import AccuracyWarning, ResultFileWarning
+from corovec import AccuracyWarning, ResultFileWarning, StabilityWarning
 
 TRY_SECONDS = 60.0
 """A try that takes longer hangs."""
@@ -57,7 +57,7 @@ def once(target, prepared, seed, number):
         warnings.simplefilter("always")
         outcome = target.attempt(chance, prepared, Path(folder))
     for warning in told:
-        if not issubclass(warning.category, AccuracyWarning | ResultFileWarning):
+        if not issubclass(warning.category, AccuracyWarning | ResultFileWarning | StabilityWarning):
             raise Fault(f"{warning.category.__name__}: {warning.message} "
                         f"({Path(warning.filename).name}:{warning.lineno})")
     return outcome

@@ -37,6 +37,14 @@ SCHEME = (
            '"global", choices=AXES', ("spin",)),
 )
 
+MODES = (
+    Mutant("Coriolis forces of half their size", "modes/matrices.py", "G = 2.0 * J.T",
+           "G = 1.0 * J.T", ("whirling",)),
+    Mutant("centrifugal forces without their stiffness", "kernels/centrifugal.py",
+           "k[i, c, j, d] = -step.stiffness", "k[i, c, j, d] = 0.0 * step.stiffness",
+           ("whirling",)),
+)
+
 
 def run(mutants):
     rows = []
@@ -52,4 +60,6 @@ CASES = (
          "the source with one piece of text replaced", partial(run, ELEMENT), slow=True),
     Case("mutants-scheme", "mutants", "wrong schemes are caught", "own",
          "the source with one piece of text replaced", partial(run, SCHEME), slow=True),
+    Case("mutants-modes", "mutants", "wrong modes are caught", "own",
+         "the source with one piece of text replaced", partial(run, MODES), slow=True),
 )
