@@ -261,7 +261,8 @@ def displacements(recordings: Recordings, points: Annotated[dict, _points],
             _over_time(axes, data[across], recordings[0].unloaded_at)
             axes.set_xlabel("")
             axes.set_ylabel(f"{c.upper()} displacement\nof {mathtext(name)} [m]")
-        column[-1].set_xlabel("load factor" if static else "time [s]")
+        for axes in column if window else column[-1:]:
+            axes.set_xlabel("load factor" if static else "time [s]")
     _magnify(panels, window)
     _legend(figure, panels[-1][0])
     return figure, data

@@ -16,7 +16,7 @@ from corovec import (
 )
 from corovec.reports.cli import animate, plot
 from corovec.solver.cli import info
-from corovec.solver.results import layout
+from corovec.solver.results import layout, recorder
 from corovec.verification.fuzz.files import (
     RUNS,
     dynamic,
@@ -35,9 +35,11 @@ def run(request):
 
 @pytest.fixture(scope="module")
 def whole(run, tmp_path_factory):
-    """The bytes of a finished file."""
+    """The bytes of a finished file, whose frames were written one by one."""
     path = tmp_path_factory.mktemp("whole") / "run.h5"
-    run(path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recorder, "WAIT", 0.0)
+        run(path)
     return path.read_bytes()
 
 
@@ -95,7 +97,8 @@ def test_one_bit_of_an_energy(run, path):
     refused(run, path, r"damaged.*frame 1, or the history up to it, has changed: run it again")
 
 
-def test_damaged_last_frame_is_said_on_the_terminal(tmp_path):
+def test_damaged_last_frame_is_said_on_the_terminal(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "WAIT", 0.0)
     path = tmp_path / "run.h5"
     dynamic(path)
     with h5py.File(path, "r+") as file:

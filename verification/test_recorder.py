@@ -110,8 +110,9 @@ def test_killed_static_run_resumes_bit_for_bit(tmp_path, method):
     assert_same_bits(whole, killed)
 
 
-def test_damaged_newest_checkpoint_falls_back(tmp_path, model):
+def test_damaged_newest_checkpoint_falls_back(tmp_path, model, monkeypatch):
     """A torn checkpoint is noticed by its checksum; the other slot resumes, bit for bit."""
+    monkeypatch.setattr(recorder, "WAIT", 0.0)  # each frame at once
     settings = Settings(dt=0.01, end_time=1.0, frame_every=10)
     whole, torn = tmp_path / "whole.h5", tmp_path / "torn.h5"
     simulate(model, settings, output=whole)

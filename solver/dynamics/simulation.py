@@ -106,14 +106,17 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
-    for step in range(run.done + 1, settings.n_steps + 1):
-        record = StepRecord()
-        stepper.advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
-        run.append(step, record)
-        if step in run.frame_of_step:
-            stepper.forget()
-        if progress is not None:
-            progress(step, settings.n_steps, run.history[step])
+    try:
+        for step in range(run.done + 1, settings.n_steps + 1):
+            record = StepRecord()
+            stepper.advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
+            run.append(step, record)
+            if step in run.frame_of_step:
+                stepper.forget()
+            if progress is not None:
+                progress(step, settings.n_steps, run.history[step])
+    finally:
+        run.flush()
     seconds = stepper.iteration.seconds
     seconds.total = time.perf_counter() - clock
     review(settings.scheme, run.history, system.roundoff_work(0.0))
@@ -172,9 +175,14 @@ class _Run:
         self._fill(step, record)
         self._halvings.add(step, record.halvings)
         if self._recorder and step in self.frame_of_step:
-            self._recorder.write(step, self.state, self.history[self._written:step + 1],
+            self._recorder.keep(step, self.state, self.history[self._written:step + 1],
                                  self._frame(step, record))
             self._written = step + 1
+
+    def flush(self):
+        """Write what waits to be written."""
+        if self._recorder:
+            self._recorder.flush()
 
     def _fill(self, step, record):
         """The history row of a step."""

@@ -16,6 +16,11 @@ def write_slot(file, slot, step, packed):
     group["stamp"][slot] = step, crc(np.int64(step), packed)
 
 
+def slot_of(file, step):
+    """The slot that holds a step."""
+    return int(np.argmax(file["checkpoint/stamp"][:, 0] == step))
+
+
 def valid_slots(file):
     """(step, packed vector) of the slots whose checksum holds, the newest first."""
     group = file["checkpoint"]

@@ -26,6 +26,7 @@ keeps checksums of its own structures.
 
 import json
 import math
+import time
 import uuid
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,12 +35,16 @@ import h5py
 import numpy as np
 
 from ..errors import ResultFileError
-from .checkpoint import EMPTY, write_slot
+from .checkpoint import EMPTY, slot_of, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
 from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, probe_kinds
 from .reading import FORMAT, load, opened
-from .vtkhdf import copy_times, make_view, show_frame
+from .vtkhdf import copy_times, make_view, show_frames
+
+WAIT = 0.5
+"""Seconds for which frames are kept in memory, to be written together (measured: a file's numbers
+take 5 ms to write, however few they are)."""
 
 METADATA = 200_000
 """Bytes that the headers of a file take at most (measured: 36 kB)."""
@@ -56,6 +61,8 @@ class Recorder:
         self.path, self.model = path, model
         self._text = np.bytes_(json.dumps(description))
         self._run = np.bytes_(uuid.uuid4().hex)
+        self._kept, self._state, self._written = [], None, time.monotonic()
+        self._slot = 0
 
     @classmethod
     def create(cls, path, model, description, state, rows, frame, frame_steps, overwrite):
@@ -63,8 +70,8 @@ class Recorder:
         last of ``frame_steps`` is the last step."""
         recorder = cls(writable_path(path, overwrite), model, description)
         try:
-            with recorder._new(state, rows.dtype, frame[2], frame_steps) as file:
-                recorder._write(file, 0, state, rows, frame)
+            with recorder._new(len(state.pack()), rows.dtype, frame[2], frame_steps) as file:
+                recorder._write(file, 0, state.pack(), [(rows, frame)])
         except OSError as error:
             raise ResultFileError(f"{recorder.path} cannot be created: "
                                   f"{reason(error)}") from None
@@ -84,12 +91,30 @@ class Recorder:
                     or frame_steps is not None and not np.array_equal(stored.plan, frame_steps)):
                 raise ValueError("its frames or states are not those of its settings")
             state.unpack(stored.packed)
+            recorder._slot = 1 - slot_of(file, stored.step)
         with opened(recorder.path, "r+") as file:
             file.attrs.modify("run", recorder._run)
         return recorder, stored.step, stored.history
 
-    def write(self, step, state, rows, frame):
-        """Append the history ``rows`` up to ``step``, a frame, and a checkpoint."""
+    def keep(self, step, state, rows, frame):
+        """Append the history ``rows`` up to ``step``, a frame, and a checkpoint; within ``WAIT``
+        of the last time they wait in memory, for ``flush`` at the latest."""
+        index, at, fields = frame
+        fields = {name: np.array(values) for name, values in fields.items()}
+        self._kept.append((rows, (index, at, fields)))
+        self._state = step, state.pack()
+        if time.monotonic() - self._written > WAIT:
+            self.flush()
+
+    def flush(self):
+        """Write what waits in memory."""
+        kept, self._kept = self._kept, []
+        if kept:
+            self._append(*self._state, kept)
+        self._written = time.monotonic()
+
+    def _append(self, step, packed, kept):
+        (rows, (_, _, fields)) = kept[-1]
         if not self.path.exists():
             raise ResultFileError(f"{self.path} has vanished, its run cannot go on after step "
                                   f"{step}")
@@ -100,23 +125,23 @@ class Recorder:
                                           f"one stops after step {step}")
                 full = step > file["frames/step"][-1]
                 if not full:
-                    self._write(file, step, state, rows, frame)
+                    self._write(file, step, packed, kept)
             if full:
-                with (self._new(state, rows.dtype, frame[2], np.arange(2 * step)) as longer,
+                with (self._new(len(packed), rows.dtype, fields, np.arange(2 * step)) as longer,
                       h5py.File(self.path, "r", locking=False) as file):
                     _copy(file, longer)
-                    self._write(longer, step, state, rows, frame)
+                    self._write(longer, step, packed, kept)
         except OSError as error:
             raise ResultFileError(f"{self.path} cannot be written after step {step}: "
                                   f"{reason(error)}; the file keeps the state of its last "
                                   "checkpoint") from None
 
     @contextmanager
-    def _new(self, state, row, fields, frame_steps):
+    def _new(self, numbers, row, fields, frame_steps):
         """An empty file with all its space reserved, in the place of ``path`` once it is filled."""
         model = self.model
         sizes = Sizes(row == STATICS, len(model.nodes), len(model.quads), len(model.normals),
-                      int(frame_steps[-1]), len(frame_steps), len(state.pack()),
+                      int(frame_steps[-1]), len(frame_steps), numbers,
                       "reaction" in fields, "von_mises" in fields, tuple(probe_kinds(row).items()))
         with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
@@ -126,17 +151,21 @@ class Recorder:
                 yield file
             claim(partial, partial.stat().st_size)
 
-    @staticmethod
-    def _write(file, step, state, rows, frame):
-        index, time, fields = frame
-        frames = file["frames"]
+    def _write(self, file, step, packed, kept):
+        """Rows and frames one after the other, and the checkpoint of the last."""
+        rows = np.concatenate([rows for rows, _ in kept])
+        last, _, fields = kept[-1][1]
+        frames, first = file["frames"], last + 1 - len(kept)
         for name, place in columns(rows.dtype).items():
             file[place][step + 1 - len(rows):step + 1] = rows[name]
         for name, values in fields.items():
-            frames[name][index * len(values):(index + 1) * len(values)] = values
-        frames["checksum"][index] = of_frame(index, time, rows, fields.values())
-        show_frame(file, index, time)
-        write_slot(file, index % 2, step, state.pack())
+            frames[name][first * len(values):(last + 1) * len(values)] = np.concatenate(
+                [fields[name] for _, (_, _, fields) in kept])
+        frames["checksum"][first:last + 1] = [
+            of_frame(index, at, rows, fields.values()) for rows, (index, at, fields) in kept]
+        show_frames(file, first, [at for _, (_, at, _) in kept])
+        write_slot(file, self._slot, step, packed)
+        self._slot = 1 - self._slot
 
     def _layout(self, file, sizes, frame_steps):
         """All datasets, those that do not change with their values."""

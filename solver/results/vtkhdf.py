@@ -31,14 +31,15 @@ def make_view(file, model, sizes):
     steps.attrs["NSteps"] = np.int64(0)
 
 
-def show_frame(file, index, time):
-    """Let the view show the frames up to ``index``, which are written; the last one at ``time``."""
+def show_frames(file, first, times):
+    """Let the view show the frames from ``first`` on, which are written, at ``times``."""
+    count = first + len(times)
     file.flush()
     # VTK reads all values into room for NSteps: there must never be more of them
-    file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(index + 1))
+    file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(count))
     file.flush()
-    file[TIMES].resize((index + 1,))
-    file[TIMES][index] = time
+    file[TIMES].resize((count,))
+    file[TIMES][first:] = times
     file.flush()
 
 

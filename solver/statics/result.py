@@ -173,7 +173,8 @@ class Rows:
         self._frame = len(self) - 1, shown, fields
         self._keep(fields)
         if self._recorder:
-            self._recorder.write(len(self) - 1, self._state, self._history[-1], self._frame)
+            self._recorder.keep(len(self) - 1, self._state, self._history[-1], self._frame)
+            self._recorder.flush()
 
     def _keep(self, fields, k=...):
         """Keep the values of the nodes of a frame, the ``k``-th of several."""

@@ -32,11 +32,15 @@ def followed(path):
 
 
 def datasets(path):
-    """Every dataset of a file but those that only say where and when it was written."""
+    """Every dataset of a file; of the checkpoints, whose places depend on when frames were
+    written, the newest."""
     found = {}
     with h5py.File(path) as file:
         file.visititems(lambda name, item: found.update({name: item[...]})
                         if isinstance(item, h5py.Dataset) else None)
+        newest = int(np.argmax(found["checkpoint/stamp"][:, 0]))
+        found |= {f"checkpoint/{name}": found[f"checkpoint/{name}"][newest]
+                  for name in ("state", "stamp")}
         found["NSteps"] = file["VTKHDF/Steps"].attrs["NSteps"]
     return found
 
