@@ -44,6 +44,9 @@ GAPS = (4.0, 9.0, 15.0, 22.0)
 CLEAR = 2.0
 """White around a name [points of print]."""
 
+COILS = 5
+"""Of a spring."""
+
 DEPTH = 1e-3
 """What lies less than this part of the scene's size behind an element is not hidden by it."""
 
@@ -127,6 +130,16 @@ def hidden(view, points, corners):
         return bool(np.any(over[within] > point @ view.eye + margin))
 
     return np.array([covered(point) for point in np.reshape(points, (-1, 3))], dtype=bool)
+
+
+def zigzag(start, end, height):
+    """(n, 2) corners of a spring between two places on the screen, ``height`` to either side."""
+    start, end = np.asarray(start), np.asarray(end)
+    along = end - start
+    across = np.array([-along[1], along[0]]) * height / (np.linalg.norm(along) or 1.0)
+    part = np.array([0.0, 0.15, *np.linspace(0.15, 0.85, 2 * COILS + 2)[1:-1], 0.85, 1.0])
+    side = np.array([0.0, 0.0, *(1.0, -1.0) * COILS, 0.0, 0.0])
+    return start + part[:, None] * along + side[:, None] * across
 
 
 class Space:
@@ -228,8 +241,14 @@ class Space:
 
     def dot(self, point, color, covered=False, size=4.0, marker="o"):
         """Mark a point (3,) [m], hollow if it is ``covered``."""
-        self.axes.plot(*self.view(point), marker, color=color, markersize=size, zorder=6,
-                       clip_on=False, markerfacecolor="white" if covered else color)
+        self.axes.plot(*self.view(point), marker=marker, color=color, markersize=size, zorder=6,
+                       linestyle="", clip_on=False, markerfacecolor="white" if covered else color)
+
+    def zigzag(self, tail, tip, covered, color):
+        """A spring between two points (3,) [m], dotted if it is ``covered``."""
+        height = 0.012 * np.ptp(self.axes.get_xlim())
+        self.axes.plot(*zigzag(*self.view((tail, tip)), height).T, color=color, linewidth=0.9,
+                       linestyle=(0, (1, 1)) if covered else "-", zorder=4, clip_on=False)
 
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""
