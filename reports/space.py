@@ -7,9 +7,7 @@ from itertools import pairwise, product
 from typing import Annotated
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
@@ -18,7 +16,7 @@ from corovec.solver.errors import InputError
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import mathtext
 
-from .style import COLOURS, VERMILLION
+from .style import VERMILLION
 
 ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
 
@@ -49,9 +47,6 @@ COILS = 5
 
 DEPTH = 1e-3
 """What lies less than this part of the scene's size behind an element is not hidden by it."""
-
-PEAKS = 0.995
-"""Part of the values below the end of the colours, so that a single peak does not darken all."""
 
 
 class View:
@@ -311,17 +306,3 @@ class Space:
                 edges.append(ends)
         lowest = 0 if along == 2 else 1
         return min(edges, key=lambda ends: self.view(ends).mean(axis=0)[lowest])
-
-
-def density_scale(density):
-    """Colours of strain energy densities [J/m^2], from zero to where ``PEAKS`` of them end."""
-    top = float(np.quantile(density, PEAKS)) or float(density.max()) or 1.0
-    return ScalarMappable(Normalize(0.0, top), COLOURS)
-
-
-def density_bar(figure, scale, density, axes, label="strain energy density [J/m²]", **place):
-    """The colour bar of ``density_scale``."""
-    beyond = "max" if density.max() > scale.norm.vmax else "neither"
-    bar = figure.colorbar(scale, ax=axes, extend=beyond, label=label, **place)
-    bar.outline.set_linewidth(0.5)
-    return bar
