@@ -3,6 +3,7 @@
 import os
 import resource
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -11,9 +12,18 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from corovec import InputError, ResultFileError, Settings, simulate
+from corovec import (
+    Damping,
+    Drive,
+    Harmonic,
+    InputError,
+    ResultFileError,
+    Settings,
+    simulate,
+)
 from corovec.reports.cli import animate, plot
 from corovec.reports.colours import coloured
+from corovec.reports.curves import energies
 from corovec.reports.recording import Recording
 from corovec.solver.names import printable
 from corovec.verification.helpers import corovec
@@ -284,3 +294,17 @@ def test_colours_that_are_not_there(runs, tmp_path, color, message):
                   refused(animate, runs[0], "-o", tmp_path / "a.gif", "--color", color)):
         assert isinstance(error, InputError) and message in str(error)
     assert not list(tmp_path.iterdir())
+
+
+def test_energies_show_damping_and_supports_that_move(tmp_path):
+    """Where there are any: a plate that is shaken has two more curves."""
+    plate = cross_code_plate(1)
+    shaken = replace(plate, normals=None, damping=Damping(mass=1.0), supports=[
+        Drive((0, 1), (0.0, 0.0, 0.1), history=Harmonic(1.0))])
+    for model, more in ((plate, []), (shaken, ["support work", "dissipated"])):
+        result = simulate(model, Settings(dt=0.05, end_time=0.5))
+        figure, data = energies(result.history)
+        words = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert words == ["total energy", "external work", "kinetic energy", "strain energy", *more]
+        assert len(data.columns) == 5 + len(more)
+    assert np.array_equal(data["dissipated"], result.history["dissipated"])

@@ -1,5 +1,6 @@
 """Model files with masses, springs, foundations, damping, supports that move, and probes."""
 
+import json
 import re
 
 import numpy as np
@@ -29,6 +30,7 @@ from corovec import (
     simulate,
 )
 from corovec.solver.input.files import read_model
+from corovec.verification.helpers import corovec
 
 SHELL = """
 name = "shell"
@@ -155,6 +157,32 @@ def test_a_file_with_all_of_it_is_the_model_in_python(made):
         assert np.array_equal(read[name], told[name]), name
     for name in ("support_work", "dissipated", "all_strain_energy", "root_von_mises"):
         assert np.abs(read[name]).max() > 0.0, name
+
+
+def test_energies_are_told_where_there_are_any(made, tmp_path):
+    """``corovec run`` and ``info``: works and losses where not zero, the balance always."""
+    made(EVERYTHING + MOTION)
+    output = tmp_path / "all.h5"
+    told = json.loads(corovec("run", str(tmp_path / "shell.toml"), "--output", str(output),
+                              "--json").stdout)
+    again = json.loads(corovec("info", str(output), "--json").stdout)
+    for key in ("support_work", "dissipated", "energy_balance"):
+        assert again[key] == told[key]
+    history = run_model(made(EVERYTHING + MOTION)).dynamic.history
+    assert told["support_work"] == pytest.approx(history["support_work"][-1])
+    assert told["dissipated"] == pytest.approx(history["dissipated"][-1])
+    energy = history["kinetic_energy"] + history["strain_energy"] + history["dissipated"]
+    left = energy - energy[0] - history["external_work"] - history["support_work"]
+    assert told["energy_balance"] == pytest.approx(np.abs(left).max() / told["total_energy"],
+                                                   rel=1e-6)
+    assert told["energy_balance"] < 1e-6  # what Newton's iteration leaves, tolerance 1e-6
+    assert np.abs(left - history["dissipated"]).max() > 1e-2  # the check can tell
+    text = corovec("info", str(output)).stdout
+    assert "dissipated  " in text and "support work  " in text and "energy balance  " in text
+    made("[defaults]\ndt = 1e-3\nend_time = 2e-3\n[motion]\nspin = [0, 0, 1]\n")
+    plain = corovec("run", str(tmp_path / "shell.toml")).stdout
+    assert "energy balance" in plain
+    assert "dissipated" not in plain and "support work" not in plain
 
 
 def test_supports_that_move_are_still_in_a_static_step_before_a_motion(made):
