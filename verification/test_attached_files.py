@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from corovec import (
     Damping,
@@ -29,8 +30,8 @@ from corovec import (
     run_model,
     simulate,
 )
+from corovec.solver.cli import cli
 from corovec.solver.input.files import read_model
-from corovec.verification.helpers import corovec
 
 SHELL = """
 name = "shell"
@@ -159,13 +160,17 @@ def test_a_file_with_all_of_it_is_the_model_in_python(made):
         assert np.abs(read[name]).max() > 0.0, name
 
 
+def said(*arguments):
+    """What a command prints."""
+    return CliRunner().invoke(cli, list(map(str, arguments)), catch_exceptions=False).stdout
+
+
 def test_energies_are_told_where_there_are_any(made, tmp_path):
     """``corovec run`` and ``info``: works and losses where not zero, the balance always."""
     made(EVERYTHING + MOTION)
     output = tmp_path / "all.h5"
-    told = json.loads(corovec("run", str(tmp_path / "shell.toml"), "--output", str(output),
-                              "--json").stdout)
-    again = json.loads(corovec("info", str(output), "--json").stdout)
+    told = json.loads(said("run", tmp_path / "shell.toml", "--output", output, "--json"))
+    again = json.loads(said("info", output, "--json"))
     for key in ("support_work", "dissipated", "energy_balance"):
         assert again[key] == told[key]
     history = run_model(made(EVERYTHING + MOTION)).dynamic.history
@@ -177,10 +182,10 @@ def test_energies_are_told_where_there_are_any(made, tmp_path):
                                                    rel=1e-6)
     assert told["energy_balance"] < 1e-6  # what Newton's iteration leaves, tolerance 1e-6
     assert np.abs(left - history["dissipated"]).max() > 1e-2  # the check can tell
-    text = corovec("info", str(output)).stdout
+    text = said("info", output)
     assert "dissipated  " in text and "support work  " in text and "energy balance  " in text
     made("[defaults]\ndt = 1e-3\nend_time = 2e-3\n[motion]\nspin = [0, 0, 1]\n")
-    plain = corovec("run", str(tmp_path / "shell.toml")).stdout
+    plain = said("run", tmp_path / "shell.toml")
     assert "energy balance" in plain
     assert "dissipated" not in plain and "support work" not in plain
 
