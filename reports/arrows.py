@@ -11,9 +11,10 @@ from matplotlib.offsetbox import AuxTransformBox
 from matplotlib.patches import FancyArrowPatch
 from scipy.spatial import cKDTree
 
+from corovec.solver.input.places import elements_of
 from corovec.solver.model.constants import local_frames
 from corovec.solver.model.histories import CONSTANT, FunctionOfTime
-from corovec.solver.model.loads import Gravity, NodalLoad, NodalMoment
+from corovec.solver.model.loads import Drive, Gravity, NodalLoad, NodalMoment
 
 from .space import ARROW, HEADS
 from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION
@@ -32,7 +33,7 @@ ALONG, OVER = 9, 12
 
 SIZES = {"N": "force", "N/m": "force", "N/m^2": "force", "N m": "moment", "N m/m": "moment",
          "Pa": "pressure", "m/s^2": "gravity", "m/s": "velocity", "rad/s": "spin",
-         "m": "displacement"}
+         "m": "displacement", "rad": "rotation"}
 """The kind of what is in a unit."""
 
 
@@ -48,7 +49,8 @@ class Look(NamedTuple):
 
 LOOKS = {"force": Look(VERMILLION), "moment": Look(PURPLE, 2), "pressure": Look(ORANGE, 1, 0.6),
          "gravity": Look(BLACK, 1, 1.0, True), "velocity": Look(BLUE, 1, 1.35, True),
-         "spin": Look(BLUE, 2, 1.7, True), "displacement": Look(GREEN)}
+         "spin": Look(BLUE, 2, 1.7, True), "displacement": Look(GREEN),
+         "rotation": Look(GREEN, 2, 1.0, True)}
 """Those that begin at the mass centre differ in length, so that none hides another's head."""
 
 
@@ -157,9 +159,7 @@ def _given(model, mesh, load):
     if load.kind == "gravity":
         at = model.centre[None]
     elif load.kind == "pressure" or load.surface:
-        everywhere = load.surface in (None, "all")
-        quads = mesh.quads if everywhere else mesh.quads[mesh.groups[load.surface]]
-        at, normals = middle(mesh.nodes[quads])
+        at, normals = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
         if load.kind == "pressure":
             return at, value * normals, normals
     else:
@@ -176,14 +176,23 @@ def of_motion(model, case):
             yield Drawn(name, np.array([at]), np.array([given.value]), given.unit)
 
 
-def of_supports(model):
-    """``Drawn`` s of the displacements that supports prescribe."""
-    for support in model.supports:
-        if support.displacement:
-            at = model.nodes[list(support.nodes)]
-            along = [component in support.components for component in "xyz"]
-            vector = support.displacement * peak(support.history) * np.array(along, dtype=float)
-            yield Drawn("", at, np.tile(vector, (len(at), 1)), "m")
+def of_supports(model, case):
+    """``Drawn`` s of what the supports of a model file prescribe."""
+    end = case.dynamic.end_time if case.dynamic else 1.0
+    for given, support in zip((*case.supports, *case.drives), model.supports):
+        at = model.nodes[list(support.nodes)]
+        if isinstance(support, Drive):
+            motions = (("translation", at, support.translation, given.history, support.history),
+                       ("rotation", np.array([support.about]), support.rotation,
+                        given.turning or given.history, support.turning))
+        else:
+            along = np.array([component in support.components for component in "xyz"], dtype=float)
+            motions = (("", at, support.displacement * along, given.history, support.history),)
+        for name, points, vector, function, history in motions:
+            if np.any(vector):
+                vectors = np.tile(peak(history, end) * np.array(vector), (len(points), 1))
+                yield Drawn(name, points, vectors, "rad" if name == "rotation" else "m", function,
+                            history, f"{function}(t) [–]")
 
 
 def peak(history, end=1.0):

@@ -1,5 +1,6 @@
 """What ``corovec check`` says of a model file, and its picture."""
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,9 @@ import numpy as np
 from corovec.solver.cli import show
 from corovec.solver.errors import InputError
 from corovec.solver.input.files import find_model, read_model
+from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.constants import local_frames
+from corovec.solver.model.loads import Drive
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import printable
 from corovec.solver.results.files import writable_path
@@ -57,7 +60,25 @@ def summary(definition, shell):
         "groups": {name: len(numbers) for name, numbers in mesh.groups.items()} or None,
         "node_sets": {name: len(numbers) for name, numbers in mesh.node_sets.items()} or None,
         "loads": {printable(load.name): load.kind for load in definition.loads} or None,
-        "held_nodes": int(shell.fixed.any(axis=1).sum()), "steps": ", ".join(steps)}
+        "held_nodes": int(shell.fixed.any(axis=1).sum()), **_attached(shell),
+        "probes": {name: "stress" if probe.stress else f"energy of {probe.energy}"
+                   for name, probe in definition.probes.items()} or None,
+        "steps": ", ".join(steps)}
+
+
+def _attached(shell):
+    """What moves, is attached to nodes, and damps."""
+    moved = {node for support in shell.supports if isinstance(support, Drive)
+             for node in support.nodes}
+    counts = Counter(type(item) for item in shell.attached)
+    return {
+        "moved_nodes": len(moved) or None,
+        "point_masses": {"number": counts[PointMass], "kg": sum(
+            item.mass for item in shell.attached if isinstance(item, PointMass))}
+        if counts[PointMass] else None,
+        "springs": counts[Spring] or None, "springs_to_the_ground": counts[GroundSpring] or None,
+        "damping": {"mass [1/s]": shell.damping.mass, "stiffness [s]": shell.damping.stiffness}
+        if shell.damping else None}
 
 
 def _warp(corners):

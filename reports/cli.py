@@ -10,6 +10,10 @@ VIEW = click.option("--view", nargs=2, type=float, metavar="ELEVATION AZIMUTH",
                     help="Where to look from [degrees].  Default: where most is seen.")
 SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
                      help="Factor of the displacements.")
+COLOR = click.option("--color", default="strain_energy_density", show_default=True,
+                     help="What colours the elements: of a file with stresses also von_mises (the "
+                          "largest over the thickness), n_xx, n_yy, n_xy, m_xx, m_yy, m_xy, q_xz "
+                          "or q_yz, in the axes of the elements.")
 
 
 @click.command()
@@ -25,21 +29,23 @@ SCALE = click.option("--scale", type=float, default=1.0, show_default=True,
 @click.option("--interval", type=float,
               help="Time [s] (in statics, load factor) between frames of the motion.  Default: 8 "
                    "frames.")
+@COLOR
 @SCALE
 @VIEW
 @click.option("--overwrite", is_flag=True, help="Replace figures that exist.")
-def plot(files, output, formats, at, interval, scale, view, overwrite):
+def plot(files, output, formats, at, interval, color, scale, view, overwrite):
     """Figures of result FILES, of runs or static paths, finished or not, each with its data as CSV.
 
-    Mesh and loads, energies, momenta, the motion and, where stresses are recorded, those at the end
-    for each FILE; displacements and, of several
-    FILES of one case, total energies for all together.
+    Mesh and loads, energies, momenta, the motion and, where stresses are recorded, von Mises stress
+    and --color at the end for each FILE; displacements and, of several FILES of one case, total
+    energies for all together.
 
     \b
     Examples:
       corovec plot run.h5
       corovec plot l30.h5 l120.h5 --output figures --format svg --format png
       corovec plot shell.h5 --at 2 1 0.05 --interval 0.25 --overwrite
+      corovec plot stressed.h5 --color m_xx
     """
     from tqdm import tqdm
 
@@ -48,7 +54,7 @@ def plot(files, output, formats, at, interval, scale, view, overwrite):
     from .gallery import gallery, open_together
     from .style import save, targets
     recordings = open_together(files)
-    figures = gallery(recordings, at, interval, scale, view)
+    figures = gallery(recordings, at, interval, scale, view, color)
     paths = {name: targets(output, name, formats) for name in figures}
     folder = writable_folder(output)
     for path in sum(paths.values(), []):
@@ -93,11 +99,13 @@ def check(model, elements, output, view, overwrite, as_json):
 @click.option("--frames", type=int,
               help="How many of the recorded frames to show.  Default: all.")
 @click.option("--follow", is_flag=True, help="Keep the shell in the middle of the picture.")
+@COLOR
 @SCALE
 @VIEW
 @click.option("--overwrite", is_flag=True, help="Replace the film if it exists.")
-def animate(file, output, fps, frames, follow, scale, view, overwrite):
-    """A film of a result FILE: the shell in motion, coloured by strain energy, and its energies.
+def animate(file, output, fps, frames, follow, color, scale, view, overwrite):
+    """A film of a result FILE: the shell in motion, coloured by strain energy or a stress, and its
+    energies.
 
     \b
     Examples:
@@ -117,7 +125,7 @@ def animate(file, output, fps, frames, follow, scale, view, overwrite):
             bar.update(k - bar.n)
 
         path = film(recording, output, fps=fps, frames=frames, scale=scale, view=view,
-                    follow=follow, overwrite=overwrite, progress=progress)
+                    follow=follow, color=color, overwrite=overwrite, progress=progress)
         click.echo(printable(path))
 
 

@@ -21,7 +21,18 @@ from corovec.solver.results.frame import Rows
 from corovec.solver.signatures import checked
 
 from .recording import Recording
-from .style import BLACK, BLUE, COLOURS, CURVES, MARKERS, VERMILLION, WIDTH, styled
+from .style import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    CURVES,
+    GREEN,
+    MARKERS,
+    PURPLE,
+    VERMILLION,
+    WIDTH,
+    styled,
+)
 
 MOST_ROWS = 20_000
 """Rows of a history that are drawn at most: beyond, every n-th one, evenly."""
@@ -30,7 +41,9 @@ ENERGIES = {
     "total_energy": {"color": "0.78", "linewidth": 4.5},
     "external_work": {"color": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.0},
     "kinetic_energy": {"color": BLUE},
-    "strain_energy": {"color": VERMILLION, "linestyle": (0, (5, 1.5))}}
+    "strain_energy": {"color": VERMILLION, "linestyle": (0, (5, 1.5))},
+    "support_work": {"color": GREEN, "linestyle": (0, (4, 1.2, 1, 1.2))},
+    "dissipated": {"color": PURPLE, "linestyle": (0, (8, 2))}}
 """How each energy is drawn: the work, which is the total where the shell began at rest, upon it."""
 
 PERIODS, LAST = 40, 6
@@ -88,8 +101,9 @@ Recordings = Annotated[list, _several]
 def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
     """Kinetic, strain and total energy and the work of the loads over time.
 
-    Figs. 3, 8, 11, 15.  In statics the strain energy over the load factor.  Of more than
-    ``PERIODS`` swings the last ``LAST`` are drawn again, below and larger.
+    Figs. 3, 8, 11, 15.  Work of supports and energy dissipated by damping where there is any.  In
+    statics the strain energy over the load factor.  Of more than ``PERIODS`` swings the last
+    ``LAST`` are drawn again, below and larger.
 
     Args:
         history: of a ``Result`` or ``read``.
@@ -98,7 +112,8 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
 
     Returns:
         (Figure, DataFrame): columns time, kinetic_energy, strain_energy, total_energy,
-        external_work; in statics factor, strain_energy.
+        external_work, and support_work, dissipated where these are not zero; in statics factor,
+        strain_energy.
     """
     if "factor" in history.dtype.names:
         figure, ((axes,),) = _panels(1, None, 0.45 * WIDTH)
@@ -110,13 +125,14 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
     data = pd.DataFrame({
         "time": rows["time"], "kinetic_energy": rows["kinetic_energy"],
         "strain_energy": rows["strain_energy"], "total_energy": total_energy(rows),
-        "external_work": rows["external_work"]})
+        "external_work": rows["external_work"],
+        **{name: rows[name] for name in ("support_work", "dissipated") if history[name].any()}})
     window = _last_swings(data["time"], [data["kinetic_energy"], data["strain_energy"]])
     figure, panels = _panels(1, window, 0.45 * WIDTH)
     for (axes,), swung in zip(panels, (window, None)):
-        for column, looks in ENERGIES.items():
+        for column in (name for name in ENERGIES if name in data):
             axes.plot(data["time"], data[column], label=column.replace("_", " "),
-                      **_thin(looks, swung))
+                      **_thin(ENERGIES[column], swung))
         _over_time(axes, data["time"], unloaded_at)
         axes.set_ylabel("energy [J]")
     _magnify(panels, window)

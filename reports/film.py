@@ -1,4 +1,4 @@
-"""Films of runs: the shell in motion, coloured by strain energy density, beside its energies."""
+"""Films of runs: the shell in motion, coloured by what is asked for, beside its energies."""
 
 import shutil
 from pathlib import Path
@@ -14,8 +14,9 @@ from corovec.solver.dynamics.result import total_energy
 from corovec.solver.errors import InputError
 from corovec.solver.results.files import replacing, writable_path
 
+from .colours import ENERGY, coloured
 from .scenes import instant
-from .space import Space, View, best_view, bounds, density_bar, density_scale
+from .space import Space, View, best_view, bounds
 from .style import BLACK, BLUE, VERMILLION, styled
 
 FORMATS = (".gif", ".mp4", ".html")
@@ -33,7 +34,7 @@ second at most)."""
 
 @styled
 def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, follow=False,
-            overwrite=False, progress=None):
+            color=ENERGY, overwrite=False, progress=None):
     """Write a film of ``recording`` to ``path``, by its ending a GIF, an MP4 or a page (HTML).
 
     Args:
@@ -43,6 +44,7 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
         scale: factor of the displacements.
         view: (elevation, azimuth) [degrees]; default: where most is seen.
         follow: keep the middle of the shell in the middle of the picture.
+        color: what colours the elements, see ``coloured``.
         overwrite: replace ``path`` if it exists.
         progress: called after every frame with (number, frames of the film).
 
@@ -50,7 +52,7 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
         Path of the film.
 
     Raises:
-        InputError: a wrong parameter, or no ffmpeg for an MP4.
+        InputError: a wrong parameter, no stresses to colour by, or no ffmpeg for an MP4.
         ResultFileError: ``path`` exists and is not to be overwritten, or cannot be written.
     """
     path = film_path(path, overwrite)
@@ -64,7 +66,8 @@ def animate(recording, path, *, fps=25.0, frames=None, scale=1.0, view=None, fol
             raise InputError(f"frames must be 2 at least, is {frames}")
         shown = np.unique(np.linspace(0, shown[-1], min(frames, len(shown))).round().astype(int))
     writer = _writer(kind, fps)
-    figure, draw = _scene(recording, shown, scale, view, follow)
+    colours = coloured(recording, color).at(shown)
+    figure, draw = _scene(recording, shown, scale, view, follow, colours)
     with replacing(path) as partial:
         FuncAnimation(figure, draw, len(shown), init_func=lambda: None).save(
             partial, writer=writer, dpi=DOTS,
@@ -105,12 +108,12 @@ def _ffmpeg():
                          "a .gif or .html") from None
 
 
-def _scene(recording, shown, scale, view, follow):
+def _scene(recording, shown, scale, view, follow, coloured):
     """The figure, and the function that draws frame k of ``shown`` into it."""
     positions = recording.positions(scale)[shown]
     if follow:
         positions = positions - positions.mean(axis=1, keepdims=True)
-    corners, density = positions[:, recording.quads], recording.energy_density[shown]
+    corners, values = positions[:, recording.quads], coloured.values
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     figure = Figure(figsize=SIZE, dpi=DOTS, layout="constrained")
     canvas = FigureCanvasAgg(figure)
@@ -118,17 +121,17 @@ def _scene(recording, shown, scale, view, follow):
     space = Space(left, view, bounds(positions), ruled=not follow)
     if follow:
         space.scale_bar()
-    colours = density_scale(density)
-    polygons = space.elements(corners[:1], array=density[:1], norm=colours.norm,
+    colours = coloured.scale
+    polygons = space.elements(corners[:1], array=values[:1], norm=colours.norm,
                               cmap=colours.cmap, line=0.25)
-    density_bar(figure, colours, density, left, location="bottom", shrink=0.6, aspect=30)
+    coloured.bar(figure, colours, left, location="bottom", shrink=0.6, aspect=30)
     now = _energies(right, recording)
     title = figure.suptitle(instant(recording, recording.times[shown[-1]]))
     canvas.draw()
     figure.set_layout_engine("none")
 
     def draw(k):
-        space.move(polygons, corners[k:k + 1], density[k:k + 1])
+        space.move(polygons, corners[k:k + 1], values[k:k + 1])
         title.set_text(instant(recording, recording.times[shown[k]]))
         now.set_xdata([recording.times[shown[k]]] * 2)
 

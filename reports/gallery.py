@@ -10,9 +10,10 @@ from corovec.solver.checks import number, positive
 from corovec.solver.errors import InputError
 from corovec.solver.runtime.provenance import fingerprint
 
+from .colours import ENERGY, VON_MISES, coloured
 from .figures import displacements, energies, mesh_and_loads, momenta, sequence, total_energies
 from .recording import Recording
-from .stress import von_mises
+from .stress import stress
 
 
 def open_together(paths):
@@ -35,7 +36,7 @@ def open_together(paths):
     return recordings
 
 
-def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
+def gallery(recordings, at=(), interval=None, scale=1.0, view=None, color=ENERGY):
     """``{name: function}`` of all figures; each function draws one and returns it with its table.
 
     Args:
@@ -44,13 +45,16 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
         interval: between the frames of the motion [s].
         scale: of the displacements.
         view: (elevation, azimuth) [degrees].
+        color: what colours the elements, see ``coloured``.
 
     Raises:
-        InputError: a place without a node, or an interval longer than a run.
+        InputError: a place without a node, an interval longer than a run, or no stresses to colour
+            by.
     """
     scale = number("scale", scale)
     points = _points(recordings, at)
     for recording in recordings:
+        coloured(recording, color)
         for point in points.values():
             recording.at(point)
     figures = {}
@@ -61,9 +65,11 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None):
         if not recording.static:
             figures[f"{run}-momenta"] = partial(momenta, history, unloaded_at)
         figures[f"{run}-motion"] = partial(sequence, recording, _times(recording, interval),
-                                           scale, view)
+                                           scale, view, color)
         if "von_mises" in recording.contents:
-            figures[f"{run}-von-mises"] = partial(von_mises, recording, scale, view)
+            for name in dict.fromkeys((VON_MISES, VON_MISES if color == ENERGY else color)):
+                figures[f"{run}-{name.replace('_', '-')}"] = partial(stress, recording, scale, view,
+                                                                     name)
     several = len(recordings) > 1
     figures["displacements" if several else f"{recordings[0].name}-displacements"] = partial(
         displacements, recordings, points)

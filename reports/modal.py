@@ -16,6 +16,7 @@ from corovec.solver.names import printable
 from corovec.solver.results.files import writable_path
 from corovec.solver.results.layout import DYNAMICS
 
+from .colours import ENERGY, Coloured
 from .film import animate, film_path
 from .recording import Recording
 from .scenes import side_by_side
@@ -49,8 +50,8 @@ def shapes(found, scale=1.0, view=None):
     corners = (found.model.nodes + found.base + moved)[:, found.model.quads]
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [name.partition(": ")[2] for name in found.names()]
-    figure = side_by_side(corners, _density(found), captions, view,
-                          label="strain energy density, largest of each shape = 1")
+    colours = Coloured(ENERGY, _density(found), "strain energy density, largest of each shape = 1")
+    figure = side_by_side(corners, colours, captions, view)
     n, n_nodes = moved.shape[:2]
     places = np.tile((found.model.nodes + found.base).T, n)
     return figure, pd.DataFrame({

@@ -10,7 +10,8 @@ import gzip
 import numpy as np
 from matplotlib.colors import to_hex
 
-from .space import best_view, density_scale
+from .colours import colour_scale
+from .space import best_view
 
 MOST_FRAMES = 201
 STEPS = 65535
@@ -36,7 +37,7 @@ def player(recording, every=None):
     x -= centre[:, None]
     low, size = x.min(axis=(0, 1)), float(np.ptp(x, axis=(0, 1)).max())
     density = recording.energy_density[::every]
-    scale = density_scale(density)
+    scale = colour_scale(density)
     top = float(scale.norm.vmax)
     rows = recording.history[recording.frame_rows[::every]]
     scaled = (x - low) / size * STEPS

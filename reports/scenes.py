@@ -10,17 +10,9 @@ from corovec.solver.checks import numbers
 from corovec.solver.errors import InputError
 from corovec.solver.signatures import checked
 
+from .colours import ENERGY, Color, coloured
 from .recording import Recording
-from .space import (
-    DENSITY,
-    Angles,
-    Space,
-    View,
-    best_view,
-    bounds,
-    density_bar,
-    density_scale,
-)
+from .space import Angles, Space, View, best_view, bounds
 from .style import WIDTH, styled
 
 MOVED = 0.5
@@ -51,8 +43,8 @@ def _times(name, times):
 @checked
 @styled
 def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale: float = 1.0,
-             view: Angles = None):
-    """Deformed shells at several instants, coloured by strain energy density.
+             view: Angles = None, color: Color = ENERGY):
+    """Deformed shells at several instants, coloured by strain energy density or a stress.
 
     Figs. 6, 9, 13, 17.  Frame beside frame, all with the same axes.  Those of a shell that travels
     are each about its centre, the mean over the initial area, which is the mass centre of an even
@@ -63,34 +55,35 @@ def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale
         times: [s], in statics load factors; the nearest frames are taken.  Default: 8 evenly.
         scale: factor of the displacements.
         view: as of ``mesh_and_loads``.
+        color: ``strain_energy_density`` [J/m^2], ``von_mises``, or a component, see ``coloured``.
 
     Returns:
-        (Figure, DataFrame): columns time, element, corner, x, y, z, strain_energy_density [J/m^2],
-        and centre_x, centre_y, centre_z of a shell that travels.
+        (Figure, DataFrame): columns time, element, corner, x, y, z, that of ``color``, and
+        centre_x, centre_y, centre_z of a shell that travels.
 
     Raises:
-        InputError: a time outside the recorded ones.
+        InputError: a time outside the recorded ones, or no stresses to colour by.
     """
     if times is None:
         frames = np.unique(np.linspace(0, len(recording.times) - 1, FRAMES).round().astype(int))
     else:
         frames = recording.frames_at(times)
     corners = recording.positions(scale)[frames][:, recording.quads]
-    density, times = recording.energy_density[frames], recording.times[frames]
+    colours, times = coloured(recording, color).at(frames), recording.times[frames]
     centres = np.average(corners.mean(axis=2), axis=1, weights=recording.areas)
     travels = np.ptp(centres, axis=0).max() > MOVED * np.ptp(recording.nodes, axis=0).max()
     framed = corners - centres[:, None, None] if travels else corners
     view = best_view(framed.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [instant(recording, time) for time in times]
     way = (corners, centres) if travels and len(frames) > 1 else None
-    figure = side_by_side(framed, density, captions, view, way)
+    figure = side_by_side(framed, colours, captions, view, way)
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
         "factor" if recording.static else "time": np.repeat(times, 4 * n_elem),
         "element": np.tile(np.repeat(np.arange(n_elem), 4), n),
         "corner": np.tile(np.arange(4), n * n_elem), "x": x, "y": y, "z": z,
-        "strain_energy_density": np.repeat(density.ravel(), 4),
+        color: np.repeat(colours.values.ravel(), 4),
         **({f"centre_{c}": np.repeat(centres[:, k], 4 * n_elem) for k, c in enumerate("xyz")}
            if travels else {})})
 
@@ -100,11 +93,11 @@ def instant(recording, time):
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
 
-def side_by_side(corners, density, captions, view, way=None, label=DENSITY):
-    """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and
-    centres on it) if there is one."""
+def side_by_side(corners, coloured, captions, view, way=None):
+    """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and centres on it) if
+    there is one."""
     most = next((columns for n, columns in COLUMNS.items() if len(corners) <= n), MOST_COLUMNS)
-    columns, scale = min(most, len(corners)), density_scale(density)
+    columns, scale, values = min(most, len(corners)), coloured.scale, coloured.values
     seen = view(corners).reshape(-1, 2)
     (left, low), (right, high) = seen.min(axis=0), seen.max(axis=0)
     heights = [0.25 + 0.95 * WIDTH / columns * (high - low) / (right - left)] * -(
@@ -118,22 +111,22 @@ def side_by_side(corners, density, captions, view, way=None, label=DENSITY):
     looks = {"norm": scale.norm, "cmap": scale.cmap, "edge": (0.0, 0.0, 0.0, 0.45), "line": 0.15}
     for k, caption in enumerate(captions):
         space = Space(panels[k], view, bounds(corners), ruled=False)
-        space.elements(corners[k:k + 1], array=density[k:k + 1], **looks)
+        space.elements(corners[k:k + 1], array=values[k:k + 1], **looks)
         panels[k].set(xlim=(left, right), ylim=(low, high))
         panels[k].set_title(caption, size=7.5, pad=3.0)
     space.scale_bar()
-    density_bar(figure, scale, density, panels, label, location="bottom", shrink=0.5, aspect=35)
+    coloured.bar(figure, scale, panels, location="bottom", shrink=0.5, aspect=35)
     if way:
-        _draw_way(figure.add_subplot(grid[0, :]), *way, density, captions, view, looks)
+        _draw_way(figure.add_subplot(grid[0, :]), *way, values, captions, view, looks)
     return figure
 
 
-def _draw_way(axes, corners, centres, density, captions, view, looks):
+def _draw_way(axes, corners, centres, values, captions, view, looks):
     """The line of the centres, a dot for each instant, and the shell where it stands clear."""
     space = Space(axes, view, bounds(corners))
     seen = view(corners.reshape(len(corners), -1, 3))
     shells, size = _clear(seen), np.ptp(seen, axis=1).max() / np.ptp(seen, axis=(0, 1)).max()
-    space.elements(corners[shells], array=density[shells],
+    space.elements(corners[shells], array=values[shells],
                    **{**looks, "edge": (0.0, 0.0, 0.0, min(0.45, 2.0 * size))})
     line, dots = {"linewidth": 0.5, "zorder": 1.5}, {"marker": ".", "markersize": 3.0, "zorder": 4}
     for looks in (line, {"linestyle": "", "markeredgewidth": 0.0, **dots}):

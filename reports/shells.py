@@ -14,15 +14,16 @@ from scipy.spatial import cKDTree
 from corovec.solver.checks import shown
 from corovec.solver.errors import InputError
 from corovec.solver.input.model_file import ModelFile
+from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.directors import fold_edges
-from corovec.solver.model.loads import COMPONENTS
+from corovec.solver.model.loads import COMPONENTS, Drive
 from corovec.solver.model.model import Model
 from corovec.solver.names import mathtext
 from corovec.solver.signatures import checked
 
 from . import arrows
 from .arrows import LONGEST
-from .space import Angles, Space, View, best_view, bounds, hidden
+from .space import Angles, Space, View, best_view, bounds, hidden, zigzag
 from .style import BLACK, BLUE, CURVES, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, styled
 
 ROW, WORDS = 0.19, {"size": 7.0}
@@ -43,8 +44,11 @@ NORMALS, SHORT = 10, 0.07
 LONGEST_NAME = 26
 """Letters of a name that leave room for the picture."""
 
+SPRING = PURPLE
+"""Colour of springs."""
+
 MOST_MARKS = 150
-"""Held nodes of a kind that are marked, at most."""
+"""Nodes of a kind that are marked, at most."""
 
 MARKS = {COMPONENTS: "s", COMPONENTS[:3]: "^"}
 """Markers of nodes that are clamped and pinned; others have ``OTHERS`` in turn."""
@@ -53,13 +57,31 @@ OTHERS = "Dv<>Pph8"
 
 HELD = {COMPONENTS: "clamped", COMPONENTS[:3]: "pinned"}
 
+DRIVEN, MASS, TO_GROUND = "X", "o", r"$\wr$"
+"""Markers of nodes that are moved, of point masses, of springs to the ground."""
+
 
 class Marks(NamedTuple):
-    """Held nodes of a kind: which components, as words, and a marker."""
+    """Nodes of a kind: what is there, in words, and how it looks.
+
+    Attributes:
+        nodes: their numbers.
+        name: which components are held, or what is attached.
+        marker: of matplotlib.
+        item: ``support``, or that of what is attached, in the table.
+        colour: of the marker.
+    """
 
     nodes: np.ndarray
-    held: str
+    name: str
     marker: str
+    item: str = "support"
+    colour: str = GREEN
+
+    @property
+    def words(self):
+        """What the key says."""
+        return f"held: {self.name}" if self.item == "support" else self.name
 
 
 def _shell(name, model):
@@ -106,8 +128,9 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     """All that a model file makes of a mesh: what ``corovec check`` draws.
 
     Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, what each
-    support holds, prescribed displacements, and the velocity and spin at the start.  Of many arrows
-    a few are drawn, spread over what they act on.
+    support holds, prescribed displacements and rotations, point masses, springs, elements whose
+    stresses are recorded, and the velocity and spin at the start.  Of many arrows a few are drawn,
+    spread over what they act on.
 
     Args:
         model: ``Model`` of the case.
@@ -116,37 +139,40 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
 
     Returns:
         (Figure, DataFrame): rows as of ``mesh_and_loads``, and ``item`` = group (its ``name`` and
-        element), normal (x, y, z and nx, ny, nz), fold (x, y, z of either end), support (its node
-        and the components held).
+        element), normal (x, y, z and nx, ny, nz), fold and spring (x, y, z of either end), support
+        (its node and the components held), mass and ground spring (its node).
     """
     mesh, corners = case.mesh(len(model.quads)), model.nodes[model.quads]
     drawn = arrows.thinned((*arrows.of_case(model, case), *arrows.of_motion(model, case),
-                            *arrows.of_supports(model)), LONGEST * model.size)
+                            *arrows.of_supports(model, case)), LONGEST * model.size)
     number, groups = _groups(mesh)
     colours = _tints(groups)
     folds = fold_edges(model.nodes, model.quads, model.fold_angle, model.patches)
     at, normals = _normals(corners, arrows.on_surfaces(drawn))
-    held = _held(model)
-    scene = _Scene(model, drawn, _points(case), view, True,
+    marked, springs = [*_held(model), *_attached(model)], _springs(model)
+    scene = _Scene(model, drawn, {**_points(case), **_probed(model, case)}, view, True,
                    np.stack([at, at + normals * SHORT * model.size], axis=1),
-                   1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + len(held))
+                   1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + bool(len(springs))
+                   + len(marked))
     scene.space.elements(corners[None], edge="0.4", line=0.4, array=number[None],
                          cmap=ListedColormap(colours), norm=Normalize(-0.5, len(colours) - 0.5))
     scene.folds(folds)
     scene.normals(at, normals)
+    scene.springs(springs)
     scene.arrows()
-    for marks in held:
+    for marks in marked:
         scene.marks(marks)
     scene.functions()
     rows = [_row(_patch(colour), shortened(name)) for name, colour in zip(groups, colours)]
     scene.key(scene.scale_rows() + (rows if len(groups) > 1 else []) + [
         _row(_line("0.35", 0.8, ">"), "normal of the elements"),
         *([_row(_line(BLACK, 1.6), "fold")] if len(folds) else []),
-        *(_row(_line(GREEN, 0.0, marks.marker), f"held: {marks.held}") for marks in held)
+        *([_row(_zigzag(), "spring")] if len(springs) else []),
+        *(_row(_line(marks.colour, 0.0, marks.marker), marks.words) for marks in marked)
     ] + scene.hollow_row())
     scene.names()
-    return scene.figure, pd.concat([scene.table(), *_more(model, mesh, folds, at, normals, held)],
-                                   ignore_index=True)
+    return scene.figure, pd.concat([scene.table(), *_more(
+        model, mesh, {"fold": folds, "spring": springs}, at, normals, marked)], ignore_index=True)
 
 
 class _Scene:
@@ -207,12 +233,19 @@ class _Scene:
                                  linewidth=0.7 if behind else 1.6, zorder=3, clip_on=False,
                                  linestyle=(0, (2, 1.5)) if behind else "-")
 
+    def springs(self, ends):
+        """Springs between nodes (n, 2)."""
+        places = self.model.nodes[ends]
+        for (tail, tip), behind in zip(places, self._hidden(places.mean(axis=1))):
+            self.space.zigzag(tail, tip, behind, SPRING)
+
     def marks(self, marks):
-        """Held nodes."""
+        """Nodes that are held, or have something attached."""
         places = self.model.nodes[marks.nodes]
         places = places[arrows.spread(places, MOST_MARKS)]
         for point, covered in zip(places, hidden(self.space.view, places, self._corners)):
-            self.space.dot(point, GREEN, covered, size=3.0, marker=marks.marker)
+            self.space.dot(point, marks.colour, covered, marker=marks.marker,
+                           size=5.5 if marks.marker == TO_GROUND else 3.0)
 
     def functions(self):
         """The functions of time, if loads have any."""
@@ -283,6 +316,13 @@ class _Scene:
         return pd.concat(parts, ignore_index=True)
 
 
+def _probed(model, case):
+    """``{name: centre}`` of the elements whose stresses a model file records."""
+    centres = model.nodes[model.quads].mean(axis=1)
+    return {name: centres[np.linalg.norm(centres - probe.stress.value, axis=1).argmin()]
+            for name, probe in case.probes.items() if probe.stress}
+
+
 def _points(case):
     """``{name: place}`` of the points of a model file."""
     return {name: point.value for name, point in case.points.items()} if case else {}
@@ -293,15 +333,16 @@ def _rows(item, name, at, **more):
     return pd.DataFrame({"item": item, "name": name, **dict(zip("xyz", np.transpose(at))), **more})
 
 
-def _more(model, mesh, folds, at, normals, held):
+def _more(model, mesh, lines, at, normals, marked):
     """The rows of ``whole_model`` that are not in ``mesh_and_loads``."""
     for name, elements in mesh.groups.items():
         yield _rows("group", name, mesh.nodes[mesh.quads[elements]].mean(axis=1), element=elements)
     yield _rows("normal", "", at, **dict(zip(("nx", "ny", "nz"), normals.T)))
-    if len(folds):
-        yield _rows("fold", np.repeat(np.arange(len(folds)), 2), model.nodes[folds.ravel()])
-    for marks in held:
-        yield _rows("support", marks.held, model.nodes[marks.nodes])
+    for item, ends in lines.items():
+        if len(ends):
+            yield _rows(item, np.repeat(np.arange(len(ends)), 2), model.nodes[ends.ravel()])
+    for marks in marked:
+        yield _rows(marks.item, marks.name, model.nodes[marks.nodes])
 
 
 def _groups(mesh):
@@ -342,17 +383,39 @@ def _normals(corners, taken):
 
 
 def _held(model):
-    """``Marks`` of the nodes that supports hold, by the components held."""
+    """``Marks`` of the nodes that supports hold, by the components held, and whether they move."""
     if not getattr(model, "supports", ()):
         return []
-    kinds, number = np.unique(model.fixed, axis=0, return_inverse=True)
+    driven = np.zeros((len(model.nodes), 1), dtype=bool)
+    for support in model.supports:
+        driven[list(support.nodes)] |= isinstance(support, Drive)
+    kinds, number = np.unique(np.hstack([model.fixed, driven]), axis=0, return_inverse=True)
     others, found = iter(OTHERS * len(kinds)), []
-    for k, kind in reversed(list(enumerate(kinds))):
+    for k, (*kind, moved) in reversed(list(enumerate(kinds))):
         held = tuple(np.array(COMPONENTS)[kind].tolist())
         if held:
-            found.append(Marks(np.flatnonzero(number.ravel() == k),
-                               HELD.get(held) or ", ".join(held), MARKS.get(held) or next(others)))
+            name = (HELD.get(held) or ", ".join(held)) + (", moved" if moved else "")
+            found.append(Marks(np.flatnonzero(number.ravel() == k), name,
+                               DRIVEN if moved else MARKS.get(held) or next(others)))
     return found
+
+
+def _attached(model):
+    """``Marks`` of the nodes with point masses and with springs to the ground."""
+    masses = [item for item in model.attached if isinstance(item, PointMass)]
+    if masses:
+        total = sum(item.mass for item in masses)
+        yield Marks(np.unique([item.node for item in masses]), f"point masses, {total:g} kg", MASS,
+                    "mass", BLACK)
+    held = [item.node for item in model.attached if isinstance(item, GroundSpring)]
+    if held:
+        yield Marks(np.unique(held), "springs to the ground", TO_GROUND, "ground spring", SPRING)
+
+
+def _springs(model):
+    """(n, 2) nodes at the ends of springs."""
+    return np.array([(item.node, item.other) for item in model.attached
+                     if isinstance(item, Spring)], dtype=int).reshape(-1, 2)
 
 
 def shortened(name):
@@ -371,6 +434,12 @@ def _patch(colour):
     area = DrawingArea(14.0, 7.0)
     area.add_artist(Rectangle((0.0, 0.0), 14.0, 7.0, facecolor=colour, edgecolor="0.4",
                               linewidth=0.4))
+    return area
+
+
+def _zigzag():
+    area = DrawingArea(14.0, 7.0)
+    area.add_artist(Line2D(*zigzag((0.0, 3.5), (14.0, 3.5), 2.0).T, color=SPRING, linewidth=0.9))
     return area
 
 

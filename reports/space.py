@@ -7,9 +7,7 @@ from itertools import pairwise, product
 from typing import Annotated
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
@@ -18,7 +16,7 @@ from corovec.solver.errors import InputError
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import mathtext
 
-from .style import COLOURS, VERMILLION
+from .style import VERMILLION
 
 ELEVATIONS, AZIMUTHS = (20.0, 30.0, 40.0), (-60.0, -40.0, -75.0, -120.0)
 
@@ -44,14 +42,11 @@ GAPS = (4.0, 9.0, 15.0, 22.0)
 CLEAR = 2.0
 """White around a name [points of print]."""
 
+COILS = 5
+"""Of a spring."""
+
 DEPTH = 1e-3
 """What lies less than this part of the scene's size behind an element is not hidden by it."""
-
-PEAKS = 0.995
-"""Part of the values below the end of the colours, so that a single peak does not darken all."""
-
-
-DENSITY = "strain energy density [J/m²]"
 
 
 class View:
@@ -130,6 +125,16 @@ def hidden(view, points, corners):
         return bool(np.any(over[within] > point @ view.eye + margin))
 
     return np.array([covered(point) for point in np.reshape(points, (-1, 3))], dtype=bool)
+
+
+def zigzag(start, end, height):
+    """(n, 2) corners of a spring between two places on the screen, ``height`` to either side."""
+    start, end = np.asarray(start), np.asarray(end)
+    along = end - start
+    across = np.array([-along[1], along[0]]) * height / (np.linalg.norm(along) or 1.0)
+    part = np.array([0.0, 0.15, *np.linspace(0.15, 0.85, 2 * COILS + 2)[1:-1], 0.85, 1.0])
+    side = np.array([0.0, 0.0, *(1.0, -1.0) * COILS, 0.0, 0.0])
+    return start + part[:, None] * along + side[:, None] * across
 
 
 class Space:
@@ -231,8 +236,14 @@ class Space:
 
     def dot(self, point, color, covered=False, size=4.0, marker="o"):
         """Mark a point (3,) [m], hollow if it is ``covered``."""
-        self.axes.plot(*self.view(point), marker, color=color, markersize=size, zorder=6,
-                       clip_on=False, markerfacecolor="white" if covered else color)
+        self.axes.plot(*self.view(point), marker=marker, color=color, markersize=size, zorder=6,
+                       linestyle="", clip_on=False, markerfacecolor="white" if covered else color)
+
+    def zigzag(self, tail, tip, covered, color):
+        """A spring between two points (3,) [m], dotted if it is ``covered``."""
+        height = 0.012 * np.ptp(self.axes.get_xlim())
+        self.axes.plot(*zigzag(*self.view((tail, tip)), height).T, color=color, linewidth=0.9,
+                       linestyle=(0, (1, 1)) if covered else "-", zorder=4, clip_on=False)
 
     def scale_bar(self):
         """A line of a round length below the picture on the left, with its length."""
@@ -295,17 +306,3 @@ class Space:
                 edges.append(ends)
         lowest = 0 if along == 2 else 1
         return min(edges, key=lambda ends: self.view(ends).mean(axis=0)[lowest])
-
-
-def density_scale(density):
-    """Colours of strain energy densities [J/m^2], from zero to where ``PEAKS`` of them end."""
-    top = float(np.quantile(density, PEAKS)) or float(density.max()) or 1.0
-    return ScalarMappable(Normalize(0.0, top), COLOURS)
-
-
-def density_bar(figure, scale, density, axes, label=DENSITY, **place):
-    """The colour bar of ``density_scale``."""
-    beyond = "max" if density.max() > scale.norm.vmax else "neither"
-    bar = figure.colorbar(scale, ax=axes, extend=beyond, label=label, **place)
-    bar.outline.set_linewidth(0.5)
-    return bar

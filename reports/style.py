@@ -33,6 +33,9 @@ MARKERS = "osD^v"
 COLOURS = "YlGnBu"
 """Colour map of element values: from light to dark, the same to colour-blind eyes and in grey."""
 
+SIGNED = "PuOr_r"
+"""That of values of either sign: white is zero, orange is positive; grey has their size alone."""
+
 STYLE = {
     "font.family": "DejaVu Sans", "font.size": 8.0, "axes.labelsize": 8.0, "axes.titlesize": 8.5,
     "legend.fontsize": 7.5, "xtick.labelsize": 7.5, "ytick.labelsize": 7.5, "axes.grid": True,

@@ -3,6 +3,7 @@
 import os
 import resource
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -11,8 +12,18 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from corovec import InputError, ResultFileError, Settings, simulate
+from corovec import (
+    Damping,
+    Drive,
+    Harmonic,
+    InputError,
+    ResultFileError,
+    Settings,
+    simulate,
+)
 from corovec.reports.cli import animate, plot
+from corovec.reports.colours import coloured
+from corovec.reports.curves import energies
 from corovec.reports.recording import Recording
 from corovec.solver.names import printable
 from corovec.verification.helpers import corovec
@@ -250,3 +261,50 @@ def test_plot_of_stresses(tmp_path):
     assert np.allclose(values, recording.contents["von_mises"][-1], rtol=1e-12)
     moved = (recording.nodes + recording.displacement[-1])[recording.quads]
     assert np.allclose(table[["x", "y", "z"]].to_numpy(), moved.reshape(-1, 3))
+
+
+def test_plot_and_film_are_coloured_by_a_stress(tmp_path):
+    """The motion, and the last frame; signed colours are even about zero."""
+    run, film = tmp_path / "stressed.h5", tmp_path / "film.gif"
+    simulate(cross_code_plate(1), Settings(dt=0.02, end_time=0.4, stresses=True), output=run)
+    contents = Recording.open(run).contents
+    for color, values in (("m_xy", contents["moment"][..., 2]),
+                          ("von_mises", contents["von_mises"].max(axis=2))):
+        folder = tmp_path / color
+        assert call(plot, run, "--output", folder, "--color", color).exit_code == 0
+        motion = pd.read_csv(folder / "stressed-motion.csv")
+        shown = motion[color].to_numpy()[::4].reshape(-1, values.shape[1])
+        assert np.allclose(shown[-1], values[-1], rtol=1e-12) and len(shown) == 8
+        assert (folder / "stressed-von-mises.csv").exists()
+        assert (folder / "stressed-m-xy.csv").exists() == (color == "m_xy")
+    end = pd.read_csv(tmp_path / "m_xy" / "stressed-m-xy.csv")
+    assert np.allclose(end["m_xy"].to_numpy()[::4], contents["moment"][-1, :, 2], rtol=1e-12)
+    colours = coloured(Recording.open(run), "m_xy")
+    assert colours.label == "moment m_xy [N]" and colours.values.min() < 0.0
+    assert colours.scale.norm.vmin == -colours.scale.norm.vmax
+    assert call(animate, run, "-o", film, "--frames", 3, "--color", "q_xz").exit_code == 0
+
+
+@pytest.mark.parametrize("color, message", [
+    ("n_xx", "color n_xx: l30 has no stresses, run it with --stresses"),
+    ("n_x", "color 'n_x' is unknown, must be one of: strain_energy_density, von_mises, n_xx"),
+])
+def test_colours_that_are_not_there(runs, tmp_path, color, message):
+    for error in (refused(plot, runs[0], "--output", tmp_path / "figures", "--color", color),
+                  refused(animate, runs[0], "-o", tmp_path / "a.gif", "--color", color)):
+        assert isinstance(error, InputError) and message in str(error)
+    assert not list(tmp_path.iterdir())
+
+
+def test_energies_show_damping_and_supports_that_move(tmp_path):
+    """Where there are any: a plate that is shaken has two more curves."""
+    plate = cross_code_plate(1)
+    shaken = replace(plate, normals=None, damping=Damping(mass=1.0), supports=[
+        Drive((0, 1), (0.0, 0.0, 0.1), history=Harmonic(1.0))])
+    for model, more in ((plate, []), (shaken, ["support work", "dissipated"])):
+        result = simulate(model, Settings(dt=0.05, end_time=0.5))
+        figure, data = energies(result.history)
+        words = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert words == ["total energy", "external work", "kinetic energy", "strain energy", *more]
+        assert len(data.columns) == 5 + len(more)
+    assert np.array_equal(data["dissipated"], result.history["dissipated"])

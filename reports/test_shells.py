@@ -10,6 +10,7 @@ from matplotlib.text import Text
 from corovec import Gravity, Mesh, Model, NodalMoment, Pressure
 from corovec.reports import arrows
 from corovec.reports.arrows import LOOKS
+from corovec.reports.checking import summary
 from corovec.reports.shells import mesh_and_loads, whole_model
 from corovec.solver.input.files import read_model
 from corovec.verification.models import MATERIAL, rectangle
@@ -229,3 +230,60 @@ history = "f{k}"
     assert "outer panel …en and twelve" in words and "2 others" in words
     assert figure.axes[1].get_ylabel() == "[–]" and max(map(len, words)) < 40
     assert f"{name} 8" in set(data["name"])
+
+
+ATTACHED = """
+[histories]
+shake = { frequency = 4.0, amplitude = 2.0 }
+tilt = { times = [0.0, 0.1], values = [0.0, 1.0] }
+[[drives]]
+where = { x = 0.0 }
+translation = [0.0, 0.0, 0.02]
+rotation = [0.0, 0.3, 0.0]
+about = [0.0, 0.5, 0.0]
+history = "shake"
+turning = "tilt"
+[[masses]]
+line = [[1, 0, 0.5], [1, 1, 0.5]]
+mass = 0.5
+[[springs]]
+between = [[0.25, 0.5, 0.0], [1.0, 0.5, 0.5]]
+stiffness = 300.0
+[[foundations]]
+surface = "floor"
+stiffness = [0.0, 0.0, 1e4]
+[damping]
+mass = 2.0
+[probes]
+root = { stress = [0.1, 0.1, 0.0] }
+wall = { energy = "wall" }
+[defaults]
+dt = 0.01
+end_time = 0.1
+"""
+
+
+def test_what_is_attached_or_moves_is_drawn_and_counted(drawn, tmp_path):
+    """Marks with rows of the key; a translation at each node, a rotation with two heads."""
+    figure, data, model = drawn(ATTACHED)
+    axes, words = figure.axes[0], said(figure)
+    assert {"held: clamped, moved", "point masses, 2.5 kg", "springs to the ground", "spring",
+            "displacement 0.02 m", "rotation 0.2 rad", "root", "translation"} <= set(words)
+    markers = [line.get_marker() for line in axes.lines]
+    assert markers.count("X") == 5 and markers.count(r"$\wr$") == 25
+    assert sum(line.get_marker() == "o" and line.get_color() == "#000000"
+               for line in axes.lines) == 5
+    assert heads(axes, LOOKS["rotation"].colour) == 5 + 2
+    rows = data.set_index("name").loc
+    assert np.all(rows["translation", ["fx", "fy", "fz"]].to_numpy().round(4) == (0, 0, 0.04))
+    assert rows["rotation", ["x", "y", "z", "fy"]].tolist() == [0.0, 0.5, 0.0, 0.3]
+    assert data.loc[data["item"] == "spring", ["x", "y", "z"]].to_numpy().tolist() == [
+        [0.25, 0.5, 0.0], [1.0, 0.5, 0.5]]
+    assert rows["root", ["item", "x", "y", "z"]].tolist() == ["point", 0.125, 0.125, 0.0]
+    assert set(data.loc[data["item"] == "function", "name"]) == {"shake", "tilt"}
+    told = summary(read_model(tmp_path / "shell.toml"), model)
+    assert told["moved_nodes"] == 5 and told["point_masses"] == {"number": 5, "kg": 2.5}
+    assert (told["springs"], told["springs_to_the_ground"]) == (1, 25)
+    assert told["damping"] == {"mass [1/s]": 2.0, "stiffness [s]": 0.0}
+    assert told["probes"] == {"root": "stress", "wall": "energy of wall"}
+    assert told["body"]["mass"] == pytest.approx(1.5 * 10.0 + 2.5)

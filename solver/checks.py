@@ -53,6 +53,14 @@ def positive(name, value, unit=""):
     return result
 
 
+def not_negative(name, value, unit=""):
+    """A float that is zero or more."""
+    result = number(name, value, unit)
+    if result < 0.0:
+        raise InputError(f"{name} must not be negative, is {result:g}{' ' * bool(unit)}{unit}")
+    return result
+
+
 def integer(name, value):
     """An int; floats, bools and strings are refused."""
     if isinstance(value, NOT_NUMBERS) or not isinstance(value, int | np.integer):

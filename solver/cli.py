@@ -331,7 +331,7 @@ class _Progress:
 
 def _summary(history, unloaded_at, supported):
     """What both ``run`` and ``info`` say of a history."""
-    from .dynamics.result import balance, drift
+    from .dynamics.result import balance, drift, energy_balance
     last, changes = history[-1], drift(history, unloaded_at, supported)
     iterations = history["iterations"][1:]
     return {
@@ -340,6 +340,9 @@ def _summary(history, unloaded_at, supported):
         "strain_energy": float(last["strain_energy"]),
         "total_energy": float(last["kinetic_energy"] + last["strain_energy"]),
         "external_work": float(last["external_work"]),
+        **{name: float(last[name]) if history[name].any() else None
+           for name in ("support_work", "dissipated")},
+        "energy_balance": energy_balance(history),
         "linear_momentum": last["linear_momentum"].tolist(),
         "angular_momentum": last["angular_momentum"].tolist(),
         "balance": balance(history)._asdict(),
@@ -372,6 +375,7 @@ def _indefinite(history):
 UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "reaction": "N",
          "reaction_moment": "N m", "end_time": "s", "time": "s", "kinetic_energy": "J",
          "strain_energy": "J", "total_energy": "J", "external_work": "J",
+         "support_work": "J", "dissipated": "J",
          "extent": "m", "thickness": "m", "linear_momentum": "kg m/s",
          "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
 

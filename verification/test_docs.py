@@ -1,6 +1,8 @@
 """The documentation is true: functions exist where it says, examples and commands are real."""
 
+import contextlib
 import importlib
+import io
 import json
 import re
 import subprocess
@@ -8,6 +10,7 @@ import sys
 from functools import reduce
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import corovec
@@ -59,6 +62,25 @@ def test_model_file_is_read(tmp_path):
     path.write_text(text, encoding="utf-8")
     for elements in (32, 128):
         assert len(read_model(path).model(elements).quads) == elements
+
+
+def test_shaken_plate_is_the_model_in_python(tmp_path):
+    """The model file of ``own-shell.md`` with all that is attached, and the lines of Python there,
+    which print what stands below them."""
+    page = text_of("own-shell.md")
+    text = re.search(r"^```\n(name = \"shaken\"\n.*?)^```$", page, re.DOTALL | re.MULTILINE)[1]
+    (tmp_path / "shaken.toml").write_text(text, encoding="utf-8")
+    result = corovec.run_model(corovec.read_model(tmp_path / "shaken.toml")).dynamic
+    block = re.search(r"^```pycon\n(>>> from corovec import Damping.*?)^```$", page,
+                      re.DOTALL | re.MULTILINE)[1]
+    lines = re.findall(r"^(?:>>>|\.\.\.) (.*)$", block, re.MULTILINE)
+    names = {name: getattr(corovec, name) for name in ("Model", "Settings", "block", "simulate")}
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        exec("\n".join(lines), names)
+    assert said.getvalue() == block.splitlines()[-1] + "\n"
+    told = names["result"].history
+    for name in told.dtype.names:
+        assert np.array_equal(result.history[name], told[name]), name
 
 
 def test_ten_lines_give_stresses(tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import AccuracyWarning, StepError, warn
 from ..system.failure import NotConverged
 from ..system.rounding import judge
-from .result import total_energy
+from .result import gained, total_energy
 
 STEP_SHARE = 0.05
 """Part of the largest energy so far by which a step may miss the work of its loads (measured on the
@@ -71,11 +71,10 @@ def review(scheme, history, roundoff):
     Raises:
         StepError: energy is rounding error alone.
     """
-    energy = total_energy(history)
-    work = history["external_work"] + history["support_work"] - history["dissipated"]
-    gained = energy - energy[0] - work
-    wrong = gained if scheme.rho_inf < 1.0 else np.abs(gained)  # some is to be lost with less
-    worst, peak = int(np.argmax(wrong)), max(energy.max(), np.abs(work).max())
+    missed, peak = gained(history)
+    wrong = missed if scheme.rho_inf < 1.0 else np.abs(missed)  # some is to be lost with less
+    worst, energy = int(np.argmax(wrong)), total_energy(history)
+    work = energy - energy[0] - missed
     if peak > 0.0:
         judge(math.sqrt(roundoff / peak) / PESSIMISM, f"the energy is {peak:.1g} J at most, that "
               f"of rounded strains {roundoff:.1g} J")

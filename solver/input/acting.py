@@ -3,8 +3,7 @@
 from functools import cached_property
 from typing import Annotated
 
-import numpy as np
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from ..model.histories import (
     CONSTANT,
@@ -17,6 +16,7 @@ from ..model.histories import (
 from ..model.loads import (
     COMPONENTS,
     Centrifugal,
+    Drive,
     Gravity,
     NodalLoad,
     NodalMoment,
@@ -28,6 +28,7 @@ from ..model.loads import (
 )
 from ..model.mesh import node_at
 from ..model.model import rigid_velocity
+from .places import Placed, elements_of
 from .values import (
     Beside,
     Line,
@@ -218,9 +219,8 @@ class Load(Strict):
             return [Pressure(value, None if everywhere else mesh.groups[self.surface].tolist(),
                              function)]
         if self.surface:
-            chosen = (mesh.quads if self.surface == "all"
-                      else mesh.quads[mesh.groups[self.surface]])
-            return surface_load(mesh.nodes, chosen, value, function)
+            return surface_load(mesh.nodes, mesh.quads[elements_of(mesh, self.surface)], value,
+                                function)
         if self.line or self.curve:
             way = mesh.line(*self.line.value) if self.line else mesh.chain(self.curve)
             along = line_load if self.force else line_moment
@@ -248,43 +248,18 @@ def _unit(kind, place):
             "gravity": "m/s^2", "centrifugal": "rad/s"}[kind]
 
 
-Range = Number | tuple[Number, Number]
-
-
-class Where(Strict):
-    """Nodes by their coordinates: a number, or the two ends of a range [m].
-
-    Attributes:
-        x: of the nodes.
-        y: of the nodes.
-        z: of the nodes.
-    """
-
-    x: Range | None = None
-    y: Range | None = None
-    z: Range | None = None
-
-
-class Held(Strict):
+class Held(Placed):
     """A support.
 
     Attributes:
         fix: ``clamped``, ``pinned``, ``symmetry x`` (y, z), or a list of the components x, y, z of
             the displacement and px, py, pz of the normal.
-        at: the node at a point [m].
-        line: the mesh line between two points [m].
-        nodes: a set of nodes or a line of the mesh, by name.
-        where: nodes by their coordinates, as ``{ x = 0.0 }``.
         displacement: prescribed to the displacement components; a motion starts where the static
             step left it, or at zero [m].
-        history: name of the function of the load factor that it follows.
+        history: name of the function of time, or of the load factor, that multiplies it.
     """
 
     fix: str | list[str]
-    at: in_unit("m", Point) | None = None
-    line: in_unit("m", Line) | None = None
-    nodes: Name | None = None
-    where: Where | None = None
     displacement: in_unit("m", Number) | None = None
     history: Name | None = None
 
@@ -298,29 +273,59 @@ class Held(Strict):
         return fix
 
     @model_validator(mode="after")
-    def _one_place(self):
-        only_one(self, ("at", "line", "nodes", "where"))
+    def _followed(self):
         if self.history and not self.displacement:
             raise ValueError("history belongs to a displacement")
         return self
 
-    def made(self, mesh, function=CONSTANT):
-        """``Support`` on a ``Mesh``.
+    def made(self, mesh, functions):
+        """``Support`` on a ``Mesh``, with functions of time by their names.
 
         Raises:
             InputError: its place is not there.
         """
-        if self.at:
-            nodes = [node_at(mesh.nodes, self.at.value)]
-        elif self.line:
-            nodes = mesh.line(*self.line.value)
-        elif self.where:
-            nodes = mesh.nodes_at(**self.where.model_dump())
-        else:
-            nodes = mesh.node_sets[self.nodes]
         components = HELD[self.fix] if isinstance(self.fix, str) else self.fix
-        return Support(np.asarray(nodes).tolist(), components,
-                       self.displacement.value if self.displacement else 0.0, function)
+        return Support(self.numbers(mesh), components,
+                       self.displacement.value if self.displacement else 0.0,
+                       functions[self.history])
+
+
+class Driven(Placed):
+    """A clamped support that moves as a rigid body.
+
+    Attributes:
+        translation: at the largest, times its function of time [m].
+        rotation: along its axis, times its function of time [rad].
+        about: a point that the rotation leaves where it is [m].
+        history: name of the function of time, or of the load factor; a motion starts where it is
+            zero, or where the static step left it.
+        turning: name of that of the rotation; without it, ``history``.
+    """
+
+    translation: in_unit("m", Point) | None = None
+    rotation: in_unit("rad", Point) | None = None
+    about: in_unit("m", Point) = Field((0.0, 0.0, 0.0), validate_default=True)
+    history: Name | None = None
+    turning: Name | None = None
+
+    @model_validator(mode="after")
+    def _moves(self):
+        if not (self.translation or self.rotation):
+            raise ValueError("a translation or a rotation is needed")
+        if self.turning and not self.rotation:
+            raise ValueError("turning belongs to a rotation")
+        return self
+
+    def made(self, mesh, functions):
+        """``Drive`` on a ``Mesh``, with functions of time by their names.
+
+        Raises:
+            InputError: its place is not there.
+        """
+        translation, rotation = (given.value if given else (0.0, 0.0, 0.0)
+                                 for given in (self.translation, self.rotation))
+        return Drive(self.numbers(mesh), translation, rotation, self.about.value,
+                     functions[self.history], functions[self.turning or self.history])
 
 
 class RigidMotion(Strict):

@@ -1,5 +1,6 @@
 """What a model file holds: a shell, what acts on it, and how it is computed, as data."""
 
+import re
 from dataclasses import replace
 from functools import cached_property
 from typing import Annotated, Literal
@@ -7,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from ..checks import floats
+from ..dynamics.probes import Probes
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.arithmetic import arithmetic
@@ -15,8 +17,10 @@ from ..model.mesh import MOST_ELEMENTS, node_at
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
-from .acting import Held, History, Load, RigidMotion
+from .acting import Driven, Held, History, Load, RigidMotion
+from .attached import Damped, Foundation, MassAt, SpringBetween, SpringToGround
 from .geometry import Geometry, Refinement
+from .probed import Probed
 from .values import (
     Count,
     Name,
@@ -24,6 +28,7 @@ from .values import (
     Point,
     Positive,
     Probe,
+    Sourced,
     Strict,
     Title,
     columns,
@@ -32,6 +37,9 @@ from .values import (
 )
 
 PROPERTIES = ("thickness", "youngs", "poisson", "density")
+
+ATTACHED = ("masses", "springs", "ground_springs", "foundations")
+"""Lists of what is attached to nodes."""
 
 
 class Parameters(Strict):
@@ -202,10 +210,17 @@ class ModelFile(Strict):
         histories: functions of time, by name.
         loads: what acts.
         supports: what is held.
+        drives: supports that move.
+        masses: rigid masses at nodes.
+        springs: between two nodes.
+        ground_springs: between nodes and the ground.
+        foundations: elastic ones under elements.
+        damping: of the shell.
         motion: how the shell moves at the start.
         steps: one static, one dynamic, or a dynamic one that starts from the equilibrium of a
             static one; a dynamic one by the defaults without any.
         points: nodes by their places [m], whose motion is recorded at every step.
+        probes: stresses and energies that are recorded at every step, by name.
         output: what is recorded.
         calibration: how the peak was found, if it is calibrated.
     """
@@ -221,9 +236,16 @@ class ModelFile(Strict):
     histories: dict[Name, History] = {}
     loads: list[Load] = []
     supports: list[Held] = []
+    drives: list[Driven] = []
+    masses: list[MassAt] = []
+    springs: list[SpringBetween] = []
+    ground_springs: list[SpringToGround] = []
+    foundations: list[Foundation] = []
+    damping: Damped | None = None
     motion: RigidMotion | None = None
     steps: list[Annotated[Static | Dynamic, Field(discriminator="kind")]] = []
     points: dict[Probe, in_unit("m", Point)] = {}
+    probes: dict[Probe, Probed] = {}
     output: Output = Output()
     calibration: Calibration | None = None
 
@@ -237,17 +259,39 @@ class ModelFile(Strict):
     @model_validator(mode="after")
     def _consistent(self):
         try:
-            problems = [*self._of_meshes(), *self._of_loads(), *self._of_steps()]
+            problems = [*self._of_meshes(), *self._of_loads(), *self._of_supports(),
+                        *self._of_steps()]
         except InputError as error:  # the file of the mesh
             raise ValueError(f"geometry.file: {error}") from None
         problems = problems or [*self._of_places()]
         if problems:
             raise ValueError("; ".join(problems))
         try:
-            self.model(self.sizes[0])
+            model = self.model(self.sizes[0])
+            if self.probes:
+                Probes(model, self.probes_on(self.mesh(self.sizes[0])))
         except InputError as error:
-            raise ValueError(f"geometry: {error}") from None
+            raise ValueError(self._in_file(str(error))) from None
         return self
+
+    def _in_file(self, message):
+        """An error of the model with the place of what it is of in the file."""
+        supports = [place for place, _ in self._listed("supports", "drives")]
+        if probe := re.match("probes: ", message):
+            return f"probes.{message[probe.end():]}"
+        if attached := re.match(r"attached\[(\d+)\]: ", message):
+            mesh = self.mesh(self.sizes[0])
+            places = [place for place, item in self._listed(*ATTACHED) for _ in item.made(mesh)]
+            return f"{places[int(attached[1])]}: {message[attached.end():]}"
+        if both := re.search(r"supports (\d+) and (\d+)", message):
+            one, other = (supports[int(number)] for number in both.groups())
+            return message.replace(both[0], f"{one} and {other}")
+        return f"geometry: {message}"
+
+    def _listed(self, *names):
+        """``(place in the file, item)`` of lists of tables."""
+        return [(f"{name}[{k}]", item) for name in names
+                for k, item in enumerate(getattr(self, name))]
 
     def _of_meshes(self):
         """What is wrong with the numbers of elements."""
@@ -268,9 +312,6 @@ class ModelFile(Strict):
     def _of_loads(self):
         """What is wrong with the names and units of loads, histories and peaks."""
         yield from _repeated("loads", "name", [load.name for load in self.loads])
-        for k, support in enumerate(self.supports):
-            if support.history and support.history not in self.histories:
-                yield _unknown(f"supports[{k}].history", support.history, self.histories)
         for k, load in enumerate(self.loads):
             if load.history and load.history not in self.histories:
                 yield _unknown(f"loads[{k}].history", load.history, self.histories)
@@ -284,6 +325,19 @@ class ModelFile(Strict):
         kinds = [history.peak.provenance for history in self.histories.values() if history.peak]
         if self.calibration and "calibrated" not in kinds:
             yield "calibration: no history has a peak that is calibrated"
+
+    def _of_supports(self):
+        """What is wrong with the functions of time of supports."""
+        for place, support in self._listed("supports", "drives"):
+            for key in ("history", "turning"):
+                name = getattr(support, key, None)
+                if name and name not in self.histories:
+                    yield _unknown(f"{place}.{key}", name, self.histories)
+                elif name:
+                    history = self.histories[name]
+                    unit = history.unit or history.peak and history.peak.unit
+                    if unit:
+                        yield f"{place}.{key}: '{name}' is in '{unit}', must be without unit"
 
     def _of_steps(self):
         """What is wrong with the steps."""
@@ -306,18 +360,24 @@ class ModelFile(Strict):
                        "static step, not of a motion")
         if self.motion and "static" in kinds:
             yield "motion: the motion starts from the equilibrium of the static step, at rest"
+        for name in self.probes.keys() & self.points.keys():
+            yield f"probes.{name}: a point has the same name"
 
     def _of_places(self):
-        """What is wrong with the places of groups, loads, supports and points on a mesh that is
-        right."""
-        mesh = self.mesh(self.sizes[0])
+        """What is wrong with the places of groups, loads, supports, points and all else on a mesh
+        that is right."""
+        mesh, functions = self.mesh(self.sizes[0]), self._functions()
         for name in self.groups:
             yield from _wrong(f"groups.{name}", lambda name=name: mesh.groups[name])
         for k, load in enumerate(self.loads):
             place = f".{load.place[0]}" if load.place else ""
             yield from _wrong(f"loads[{k}]{place}", lambda load=load: load.made(mesh))
-        for k, support in enumerate(self.supports):
-            yield from _wrong(f"supports[{k}]", lambda support=support: support.made(mesh))
+        for place, support in self._listed("supports", "drives"):
+            yield from _wrong(place, lambda support=support: support.made(mesh, functions))
+        for place, item in self._listed(*ATTACHED):
+            yield from _wrong(place, lambda item=item: item.made(mesh))
+        for name, probe in self.probes.items():
+            yield from _wrong(f"probes.{name}", lambda probe=probe: probe.made(mesh))
         for name, point in self.points.items():
             yield from _wrong(f"points.{name}",
                               lambda point=point: node_at(mesh.nodes, point.value))
@@ -372,18 +432,32 @@ class ModelFile(Strict):
     def loads_on(self, mesh, factor=1.0, names=None, rising=False):
         """The loads called ``names`` (None: all), times ``factor``, as loads of a ``Model``;
         ``rising``: each with the load factor to its value at t = 0."""
-        functions = self._functions(factor)
-        if rising:
-            functions = {None: CONSTANT, **{name: TimeFunction((0.0, 1.0), (0.0, of(0.0)))
-                                            for name, of in functions.items() if name}}
+        functions = self._functions(factor, rising)
         return [one for load in self.loads if names is None or load.name in names
                 for one in load.made(mesh, functions[load.history])]
 
-    def _functions(self, factor=1.0):
+    def supports_on(self, mesh, rising=False):
+        """Supports, those that move last; ``rising`` as of ``loads_on``."""
+        functions = self._functions(rising=rising)
+        return [item.made(mesh, functions) for _, item in self._listed("supports", "drives")]
+
+    def attached_on(self, mesh):
+        """All that is attached to nodes."""
+        return [one for _, item in self._listed(*ATTACHED) for one in item.made(mesh)]
+
+    def probes_on(self, mesh):
+        """``{name: place or probe}`` of all points and probes."""
+        return {**{name: point.value for name, point in self.points.items()},
+                **{name: probe.made(mesh) for name, probe in self.probes.items()}}
+
+    def _functions(self, factor=1.0, rising=False):
         """``{name: function of time}``; that of no name is constant."""
-        constant = CONSTANT if factor == 1.0 else TimeFunction((0.0,), (factor,))
-        return {None: constant,
-                **{name: history.function(factor) for name, history in self.histories.items()}}
+        functions = {name: history.function(factor) for name, history in self.histories.items()}
+        if rising:
+            functions = {name: TimeFunction((0.0, 1.0), (0.0, of(0.0)))
+                         for name, of in functions.items()}
+        constant = CONSTANT if factor == 1.0 or rising else TimeFunction((0.0,), (factor,))
+        return {None: constant, **functions}
 
     def load_number(self, elements, k, names=None):
         """The number in the file of the load to which ``Model.loads[k]`` belongs."""
@@ -406,11 +480,11 @@ class ModelFile(Strict):
         Raises:
             InputError: no such mesh, or as of ``Model``.
         """
-        mesh, functions = self.mesh(elements), self._functions()
+        mesh = self.mesh(elements)
         values = {name: self._values(mesh, name) for name in PROPERTIES}
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
-                         supports=[held.made(mesh, functions[held.history])
-                                   for held in self.supports], **values, **options)
+                         supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
+                         damping=self.damping and self.damping.made(), **values, **options)
         if self.motion is None:
             return shell
         velocity, normal_velocity = self.motion.rates(shell)
@@ -452,14 +526,18 @@ class ModelFile(Strict):
             if load.at or load.line:
                 rows.append((load.name + (" acts at" if load.at else " acts along"),
                              *columns(load.at or load.line)))
+        rows += [(f"{place} {name}", *columns(given)) for place, item in (
+            *self._listed(*ATTACHED, "drives"), ("damping", self.damping or ()),
+            *((f"probe {name}", probe) for name, probe in self.probes.items()))
+            for name, given in item if isinstance(given, Sourced)]
         rows += [(f"point {name}", *columns(s)) for name, s in self.points.items()]
         rows += [(f"paper's {name}", *columns(s)) for name, s in self.paper or ()]
         return rows
 
 
-def keys():
+def keys(kind=Strict):
     """Names of everything that a model file can hold."""
-    return {name for kind in Strict.__subclasses__() for name in kind.model_fields}
+    return set().union(*({*one.model_fields, *keys(one)} for one in kind.__subclasses__()))
 
 
 def _repeated(place, name, values):

@@ -3,7 +3,7 @@ from; all made of the classes that read it."""
 
 import re
 import tomllib
-from inspect import getdoc
+from inspect import cleandoc, getdoc
 from pathlib import Path
 from typing import NamedTuple, get_args
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from .model_file import Calibration, ModelFile
-from .values import Sourced
+from .values import Sourced, Strict
 
 EXAMPLES = Path(__file__).with_name("examples.toml")
 START = Path(__file__).with_name("panel.toml")
@@ -20,7 +20,10 @@ TITLES = {"Parameters": "[parameters]", "Group": "[groups.NAME]", "Geometry": "[
           "Block": "[[geometry.blocks]]", "Sphere": "[geometry.sphere]",
           "Cylinder": "[geometry.cylinder]", "Refinement": "[[meshes]]", "Defaults": "[defaults]",
           "History": "[histories.NAME]", "Load": "[[loads]]", "Held": "[[supports]]",
-          "Where": "where of [[supports]]", "RigidMotion": "[motion]",
+          "Where": "where of nodes", "Driven": "[[drives]]", "MassAt": "[[masses]]",
+          "SpringBetween": "[[springs]]", "SpringToGround": "[[ground_springs]]",
+          "Foundation": "[[foundations]]", "Damped": "[damping]", "Probed": "[probes.NAME]",
+          "RigidMotion": "[motion]",
           "Static": "[[steps]], static", "Dynamic": "[[steps]], dynamic", "Output": "[output]",
           "Paper": "[paper]", "ModelFile": "the file"}
 """What the tables are called in a file."""
@@ -101,8 +104,9 @@ def _first_line(kind):
 
 
 def _attributes(kind):
-    """``{name: text}`` of the section ``Attributes`` of a docstring, units left out."""
-    text = getdoc(kind).partition("Attributes:\n")[2]
-    entries = re.findall(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", text, re.MULTILINE)
+    """``{name: text}`` of the sections ``Attributes`` of a class and of what it is made of."""
+    texts = [cleandoc(one.__doc__ or "").partition("Attributes:\n")[2]
+             for one in reversed(kind.__mro__) if issubclass(one, Strict)]
+    entries = re.findall(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", "\n".join(texts), re.MULTILINE)
     return {name: re.sub(r"\s+", " ", about).replace("``", "").rstrip(".")
             for name, about in entries}

@@ -54,8 +54,9 @@ class ReadySteps:
         self.dynamic = model if dynamic else None
         self.static = model if static else None
         if static and dynamic:  # the directors and element constants are those of one model
-            self.static = model.under(definition.loads_on(definition.mesh(elements),
-                                                          names=static.loads, rising=True))
+            mesh = definition.mesh(elements)
+            self.static = model.under(definition.loads_on(mesh, names=static.loads, rising=True),
+                                      definition.supports_on(mesh, rising=True))
         self.settings = settings if settings or not dynamic else Settings(
             dynamic.dt, dynamic.end_time, frame_every=definition.output.frame_every,
             stresses=definition.output.stresses)
@@ -78,8 +79,8 @@ class ReadySteps:
 
     @property
     def _probes(self):
-        return probes_of("points", {name: point.value
-                                    for name, point in self.definition.points.items()})
+        return probes_of("points and probes", self.definition.probes_on(
+            self.definition.mesh(self.elements)))
 
     def _static(self, output, files):
         """The static step."""
@@ -107,8 +108,8 @@ def run_model(definition: ModelFile, elements: Count = None, settings: Settings 
               resume: bool = False, membrane: str = "stress"):
     """Run the steps of a model file, as ``corovec run`` does.
 
-    A motion after a static step starts from its equilibrium, at rest; the points of the file are
-    its probes.
+    A motion after a static step starts from its equilibrium, at rest; the points and probes of the
+    file are recorded.
 
     Args:
         definition: ``ModelFile``, of ``read_model``.

@@ -9,7 +9,7 @@ from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
-from ..checks import count, names_columns, number, positive, text
+from ..checks import count, names_columns, not_negative, number, positive, text
 from ..errors import InputError
 
 Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
@@ -38,6 +38,7 @@ def within(low, high):
 # what a check says of a value without a name, its place in the file stands before
 Number = Annotated[float, BeforeValidator(partial(number, ""))]
 Positive = Annotated[float, BeforeValidator(partial(positive, ""))]
+NotNegative = Annotated[float, BeforeValidator(partial(not_negative, ""))]
 Count = Annotated[int, BeforeValidator(partial(count, ""))]
 Name = Annotated[str, BeforeValidator(partial(text, ""))]
 Beside = Annotated[Name, AfterValidator(lambda file, info: str(

@@ -4,17 +4,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..checks import TINY, floats, integer, number, positive, vector
+from ..checks import TINY, floats, integer, not_negative, positive, vector
 from ..errors import InputError
 from ..kernels.arguments import Elements
 from .loads import shares_of_area
-
-
-def _not_negative(name, value, unit):
-    value = number(name, value, unit)
-    if value < 0.0:
-        raise InputError(f"{name} must not be negative, is {value:g}{' ' * bool(unit)}{unit}")
-    return value
 
 
 def _keep(item, **values):
@@ -36,9 +29,9 @@ class PointMass:
 
     def __post_init__(self):
         _keep(self, node=integer("point mass: node", self.node))
-        _keep(self, mass=_not_negative(f"point mass at node {self.node}: mass", self.mass, "kg"),
-              inertia=_not_negative(f"point mass at node {self.node}: inertia", self.inertia,
-                                    "kg m^2"))
+        _keep(self, mass=not_negative(f"point mass at node {self.node}: mass", self.mass, "kg"),
+              inertia=not_negative(f"point mass at node {self.node}: inertia", self.inertia,
+                                   "kg m^2"))
 
 
 @dataclass(frozen=True)
@@ -58,8 +51,8 @@ class Spring:
               other=integer("spring: other", self.other))
         if self.node == self.other:
             raise InputError(f"spring: both ends are node {self.node}")
-        _keep(self, stiffness=_not_negative(f"spring at node {self.node}: stiffness",
-                                            self.stiffness, "N/m"))
+        _keep(self, stiffness=not_negative(f"spring at node {self.node}: stiffness",
+                                           self.stiffness, "N/m"))
         if self.length is not None:
             _keep(self, length=positive(f"spring at node {self.node}: length", self.length, "m"))
 
@@ -80,7 +73,7 @@ class GroundSpring:
         _keep(self, node=integer("ground spring: node", self.node))
         name = f"ground spring at node {self.node}"
         _keep(self, stiffness=vector(f"{name}: stiffness", self.stiffness, "N/m"),
-              turning=_not_negative(f"{name}: turning", self.turning, "N m/rad"))
+              turning=not_negative(f"{name}: turning", self.turning, "N m/rad"))
         if min(self.stiffness) < 0.0:
             raise InputError(f"{name}: stiffness must not be negative, is {self.stiffness}")
 
@@ -157,8 +150,8 @@ class Damping:
     stiffness: float = 0.0
 
     def __post_init__(self):
-        _keep(self, mass=_not_negative("damping: mass", self.mass, "1/s"),
-              stiffness=_not_negative("damping: stiffness", self.stiffness, "s"))
+        _keep(self, mass=not_negative("damping: mass", self.mass, "1/s"),
+              stiffness=not_negative("damping: stiffness", self.stiffness, "s"))
 
     @classmethod
     def of_ratios(cls, ratio_1, frequency_1, ratio_2, frequency_2):
@@ -171,8 +164,8 @@ class Damping:
             InputError: a ratio is negative, the frequencies are equal or not positive, or the
                 ratios lie so far apart that a part would be negative.
         """
-        z_1, z_2 = (_not_negative(f"damping: ratio_{k}", z, "") for k, z in ((1, ratio_1),
-                                                                           (2, ratio_2)))
+        z_1, z_2 = (not_negative(f"damping: ratio_{k}", z) for k, z in ((1, ratio_1),
+                                                                        (2, ratio_2)))
         w_1, w_2 = (2.0 * np.pi * positive(f"damping: frequency_{k}", f, "Hz")
                     for k, f in ((1, frequency_1), (2, frequency_2)))
         if abs(w_2 - w_1) <= TINY * w_2:

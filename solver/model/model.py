@@ -155,15 +155,18 @@ class Model:
                   for value in (thickness, youngs, poisson, density))
         return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
 
-    def under(self, loads):
-        """The same model under other loads, with the directors and element constants of this one.
+    def under(self, loads, supports):
+        """The same model under other loads and supports, with the directors and element constants
+        of this one.
 
         Raises:
-            InputError: as of ``Model``, for its loads.
+            InputError: as of ``Model``, for these.
         """
         made = copy(self)
-        _set(made, loads=_items("loads", loads, LOADS), elements=self.elements)
+        _set(made, loads=_items("loads", loads, LOADS), elements=self.elements,
+             supports=_items("supports", supports, (Support, Drive)))
         made._check_loads()
+        made._check_supports()
         return made
 
     def __setstate__(self, state):
