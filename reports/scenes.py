@@ -94,8 +94,8 @@ def instant(recording, time):
 
 
 def side_by_side(corners, coloured, captions, view, way=None):
-    """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and centres on it) if
-    there is one."""
+    """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and
+    centres on it) if there is one."""
     most = next((columns for n, columns in COLUMNS.items() if len(corners) <= n), MOST_COLUMNS)
     columns, scale, values = min(most, len(corners)), coloured.scale, coloured.values
     seen = view(corners).reshape(-1, 2)
