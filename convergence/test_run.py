@@ -8,7 +8,18 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from corovec import InputError, Model, Newton, NodalLoad, Scheme, Settings, Support, TimeFunction
+from corovec import (
+    Damping,
+    InputError,
+    Model,
+    Newton,
+    NodalLoad,
+    PointMass,
+    Scheme,
+    Settings,
+    Support,
+    TimeFunction,
+)
 from corovec.benchmarks import load_case
 from corovec.convergence import Run, run
 
@@ -24,7 +35,7 @@ MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 
          "loads": [NodalLoad(0, (0, 0, 2), TimeFunction((0, 1), (1, 0)))],
          "supports": [Support((0,), ("x",))], "normals": [(0.6, 0.0, 0.8)] * 4,
          "velocity": np.ones((4, 3)), "normal_velocity": [(1, 0, 0)] * 4, "membrane": "strain",
-         "shear": "compatible"}
+         "shear": "compatible", "attached": [PointMass(0, 1.0)], "damping": Damping(mass=1.0)}
 
 
 def plate(**changes):

@@ -159,10 +159,11 @@ def _frames(plan, step):
 
 def _newest_good(slots, plan, good):
     """(step, packed vector, frames up to there) of the newest slot all of whose frames, the first
-    ``good`` ones, are as they were written."""
+    ``good`` ones, are as they were written; the start alone is no run to fall back to."""
+    newest = slots[0][0]
     for step, packed in slots:
         n = _frames(plan, step)
-        if n <= good:
+        if n <= good and (step > 0 or newest == 0):
             return step, packed, n
     raise ValueError(f"frame {good}, or the history up to it, has changed: run it again; "
                      "those before are whole, h5py reads them")
