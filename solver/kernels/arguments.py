@@ -16,7 +16,7 @@ DONE = -1
 class Elements(NamedTuple):
     """Connectivity and constants of all elements.
 
-    y0, r0, l, Q and k_b are given here for one element; they are stored side by side, in groups of
+    y0, r0, l, Q, k_b and coupling are given here for one element; they are stored side by side, in groups of
     ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
 
     Attributes:
@@ -30,6 +30,8 @@ class Elements(NamedTuple):
         mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
         rotary: (n_elem, 4, 4) the same of the normals, rho h^3/12 int N_i N_j dA, Eq. (40b)
             [kg m^2].
+        coupling: (n_s, 8) linear part of the measures in dr_1..dr_4, of sections that couple
+            stretch and bending [sqrt(J)]; no groups at all where there are none.
     """
 
     nodes: np.ndarray
@@ -41,6 +43,7 @@ class Elements(NamedTuple):
     k_b: np.ndarray
     mass: np.ndarray
     rotary: np.ndarray
+    coupling: np.ndarray
 
 
 class Nodes(NamedTuple):

@@ -255,6 +255,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
     t, b, e, R = new((3, 3)), new((11,)), new((n_s,)), new((3, 3))
     B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
     rotations, matrices = np.empty(4, np.int64), tangent_work()
+    coupling, coupled = new((0, 8)), elements.coupling.shape[0] > 0
 
     for group in range(elements.l.shape[0]):
         first, count = members(elements, group)
@@ -262,6 +263,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         directors = elements.directors[first:first + count]
         y0, r0, l = lanes(elements.y0[group]), lanes(elements.r0[group]), lanes(elements.l[group])
         Q, k_b = lanes(elements.Q[group]), lanes(elements.k_b[group])
+        if coupled:
+            coupling = lanes(elements.coupling[group])
         gather_positions(x, x_low, nodes, y_0_)
         _gather_increments(dx, nodes, dy_)
         gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
@@ -275,8 +278,10 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         diagonals = element.frame(y, R)
         element.local_variables(R, y, p, y0, r0, t, b)
         element.membrane_strains(l, Q, t, e)
+        element.couple_measures(coupling, b, 1.0, e)
         average_strains(step, t_0, b_0, e_0, t, b, e)
         element.local_forces(l, Q, k_b, t, b, e, B, f, g)
+        element.couple_forces(coupling, e, g)
 
         # 2. T^T f_int, Eq. (45b), with T the average of both ends
         if averaged:
@@ -319,9 +324,11 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 for s in range(n_s):
                     e[s] = e_0[s]
                 element.local_forces(l, Q, k_b, t, b, e, B, f, g)
+                element.couple_forces(coupling, e, g)
                 _couples(R, g, f_p)
                 _add(1.0, f_p_, directors, ends_p[0])
-            tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, rotations, matrices, ke)
+            tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, rotations,
+                    matrices, ke)
             add_mass(step.stiffness * step.strain_end / weight, step.mass, mass, rotary, A,
                      rotations, ke)
             for v in range(count):

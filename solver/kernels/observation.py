@@ -46,6 +46,8 @@ def _fill_strains(elements, motion, start):
         element.frame(y, R)
         element.local_variables(R, y, p, lanes(elements.y0[group]), lanes(elements.r0[group]), t, b)
         element.membrane_strains(lanes(elements.l[group]), lanes(elements.Q[group]), t, e)
+        if elements.coupling.shape[0] > 0:
+            element.couple_measures(lanes(elements.coupling[group]), b, 1.0, e)
         W[0] = element.strain_energy(e, lanes(elements.k_b[group]), b)
         put_rows(t_.reshape(9, WIDTH), first, count, start.t.reshape(-1, 9))
         put_rows(b_, first, count, start.b)

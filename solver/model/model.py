@@ -6,7 +6,7 @@ SI units throughout.
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
@@ -26,12 +26,20 @@ from ..checks import (
 )
 from ..errors import InputError
 from ..kernels.arguments import Elements
+from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
 from .attached import ATTACHED, Damping, GroundSpring, check_attached, with_masses
-from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
+from .constants import (
+    MEMBRANE_FIELDS,
+    SHEAR_FIELDS,
+    element_constants,
+    recovery,
+    side_by_side,
+)
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .inertia import mass_properties
+from .laminates import Section, law_of, members_of
 from .loads import COMPONENTS, Drive, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
@@ -50,7 +58,9 @@ class Model:
     Attributes:
         nodes: (n_nodes, 3) initial coordinates [m].
         quads: (n_elem, 4) node numbers, counter-clockwise about the normal.
-        thickness: h [m], a number or (n_elem,).
+        thickness: h [m], a number or (n_elem,).  It and the material may be left out where
+            ``sections`` have all elements; elements of a section get those of its laminate, E as a
+            scale only: the largest A_ii/h, with nu = 0.
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
@@ -59,6 +69,7 @@ class Model:
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         damping: ``Damping``; None for none.
+        sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
             normals at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved
@@ -81,10 +92,10 @@ class Model:
 
     nodes: np.ndarray
     quads: np.ndarray
-    thickness: object
-    youngs: object
-    poisson: object
-    density: object
+    thickness: object = None
+    youngs: object = None
+    poisson: object = None
+    density: object = None
     loads: tuple = ()
     supports: tuple = ()
     normals: np.ndarray = None
@@ -96,6 +107,7 @@ class Model:
     patches: np.ndarray = None
     attached: tuple = ()
     damping: Damping = None
+    sections: tuple = ()
     directors: Directors = field(init=False)
 
     def __post_init__(self):
@@ -103,11 +115,13 @@ class Model:
         quads = node_numbers(self.quads, len(nodes))
         _set(self, nodes=nodes, quads=quads)
         check_mesh(nodes, quads)
+        _set(self, sections=_items("sections", self.sections, Section))
+        members = members_of(self.sections, len(quads))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
-            values = _per_element(name, getattr(self, name), len(quads))
+            values = self._property(name, members)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
-        poisson = _per_element("poisson", self.poisson, len(quads))
+        poisson = self._property("poisson", members)
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
         _set(self, poisson=poisson, directors=self._find_directors())
         _set(self, normals=self.directors.normals)
@@ -117,6 +131,8 @@ class Model:
             _set(self, **{name: values})
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
+        if self.sections and self.membrane != "stress":
+            raise InputError(f"sections take the membrane field stress, not {self.membrane}")
         _set(self, loads=_items("loads", self.loads, LOADS),
              supports=_items("supports", self.supports, (Support, Drive)),
              attached=_items("attached", self.attached, ATTACHED))
@@ -126,15 +142,19 @@ class Model:
         self._check_loads()
         self._check_supports()
         self._check_normal_velocity()
+        if self.sections:
+            self.law  # their directions are checked
 
     @classmethod
-    def of(cls, mesh, thickness, youngs, poisson, density, **options):
+    def of(cls, mesh, thickness=None, youngs=None, poisson=None, density=None, *, sections=(),
+           **options):
         """A model of a ``Mesh``: its nodes, quads and exact normals.
 
         Args:
             mesh: ``Mesh``.
             thickness, youngs, poisson, density: as of ``Model``, or by groups of elements,
                 ``{group: value}``.
+            sections: as of ``Model``, or ``{group: Section}``.
             options: as of ``Model``.
 
         Raises:
@@ -143,7 +163,28 @@ class Model:
         instance("mesh", mesh, Mesh)
         values = (mesh.per_element(value) if isinstance(value, Mapping) else value
                   for value in (thickness, youngs, poisson, density))
-        return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
+        if isinstance(sections, Mapping):
+            sections = [replace(instance(f"section of group {shown(group)}", section, Section),
+                                elements=mesh.groups[group].tolist())
+                        for group, section in sections.items()]
+        return cls(mesh.nodes, mesh.quads, *values, sections=sections,
+                   **{"normals": mesh.normals, **options})
+
+    def _property(self, name, members):
+        """A property (n_elem,), that of the laminate where there is a section."""
+        given, n = getattr(self, name), len(self.quads)
+        covered = np.zeros(n, dtype=bool)
+        covered[[element for elements in members for element in elements]] = True
+        if given is None and not covered.all():
+            where = f" of element {np.argmin(covered)}, which is in no section" if members else ""
+            raise InputError(f"{name}{where} is missing")
+        values = _per_element(name, 0.0 if given is None else given, n)
+        if members:
+            values = np.array(values)
+            for section, elements in zip(self.sections, members):
+                values[elements] = getattr(section.laminate, name)
+            values.setflags(write=False)
+        return values
 
     def under(self, loads):
         """The same model under other loads, with the directors and element constants of this one.
@@ -222,18 +263,30 @@ class Model:
     def elements(self):
         """Constants of all elements, ``Elements``."""
         constants = element_constants(
-            self.nodes[self.quads], self.normals[self.directors.vertices], self.thickness,
-            self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
-        for name in ("y0", "r0", "l", "Q", "k_b"):
+            self.nodes[self.quads], self.normals[self.directors.vertices], self.law, self.density,
+            membrane=self.membrane, shear=self.shear)
+        for name in constants.keys() - {"mass", "rotary"}:
             constants[name] = side_by_side(constants[name])
+        if "coupling" not in constants:
+            constants["coupling"] = zeros((0, constants["l"].shape[1], 8))
         return with_masses(Elements(nodes=self.quads, directors=self.directors.vertices,
                                     **constants), self.attached)
 
     @cached_property
     def recovery(self):
         """Operators of the stress resultants at the centres of all elements, ``Recovery``."""
-        return recovery(self.nodes[self.quads], self.thickness, self.youngs, self.poisson,
-                        membrane=self.membrane, shear=self.shear)
+        return recovery(self.nodes[self.quads], self.law, membrane=self.membrane, shear=self.shear)
+
+    @cached_property
+    def law(self):
+        """Elasticity of all elements, ``constants.Law``."""
+        return law_of(self.thickness, self.youngs, self.poisson, self.nodes[self.quads],
+                      self.sections, members_of(self.sections, len(self.quads)))
+
+    @property
+    def heated(self):
+        """Whether a section has a change of temperature, so that the initial shape has stress."""
+        return self.law.strain is not None
 
     @cached_property
     def mass_properties(self):
