@@ -116,12 +116,11 @@ class Model:
         _set(self, nodes=nodes, quads=quads)
         check_mesh(nodes, quads)
         _set(self, sections=_items("sections", self.sections, Section))
-        members = members_of(self.sections, len(quads))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
-            values = self._property(name, members)
+            values = self._property(name)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
-        poisson = self._property("poisson", members)
+        poisson = self._property("poisson")
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
         _set(self, poisson=poisson, directors=self._find_directors())
         _set(self, normals=self.directors.normals)
@@ -170,21 +169,19 @@ class Model:
         return cls(mesh.nodes, mesh.quads, *values, sections=sections,
                    **{"normals": mesh.normals, **options})
 
-    def _property(self, name, members):
+    def _property(self, name):
         """A property (n_elem,), that of the laminate where there is a section."""
         given, n = getattr(self, name), len(self.quads)
-        covered = np.zeros(n, dtype=bool)
-        covered[[element for elements in members for element in elements]] = True
-        if given is None and not covered.all():
-            where = f" of element {np.argmin(covered)}, which is in no section" if members else ""
-            raise InputError(f"{name}{where} is missing")
-        values = _per_element(name, 0.0 if given is None else given, n)
-        if members:
-            values = np.array(values)
-            for section, elements in zip(self.sections, members):
-                values[elements] = getattr(section.laminate, name)
-            values.setflags(write=False)
-        return values
+        if given is not None and not self.sections:
+            return _per_element(name, given, n)
+        values = np.full(n, np.nan) if given is None else np.array(_per_element(name, given, n))
+        for section, elements in zip(self.sections, self.members):
+            values[elements] = getattr(section.laminate, name)
+        missing = np.isnan(values)
+        if missing.any():
+            where = f": element {np.argmax(missing)} is in no section" if self.sections else ""
+            raise InputError(f"{name} is missing{where}")
+        return floats(name, values, (n,))
 
     def under(self, loads):
         """The same model under other loads, with the directors and element constants of this one.
@@ -281,7 +278,12 @@ class Model:
     def law(self):
         """Elasticity of all elements, ``constants.Law``."""
         return law_of(self.thickness, self.youngs, self.poisson, self.nodes[self.quads],
-                      self.sections, members_of(self.sections, len(self.quads)))
+                      self.sections, self.members)
+
+    @cached_property
+    def members(self):
+        """Numbers (n,) of the elements of each section."""
+        return members_of(self.sections, len(self.quads))
 
     @property
     def heated(self):

@@ -24,6 +24,10 @@ class Path:
         self.equilibrium = Equilibrium(model, settings)
         self._settings = settings
         self._clock = time.perf_counter()
+        self._heat = 0.0
+        if model.heated:
+            self.equilibrium.assemble(0.0, tangent=False)
+            self._heat = self._sum(self.equilibrium.system.residual.unmasked)
         self.rows = Rows(self.equilibrium.system, self.equilibrium.state, self.equilibrium.place,
                          settings.stresses)
 
@@ -76,11 +80,12 @@ class Path:
                             time.perf_counter() - self._clock)
 
     def _check_balance(self, factor):
-        """Warn of an equilibrium that leaves more than little of its forces: of a thin shell under
-        small loads those of the membrane are rounding errors, though its displacements are not."""
+        """Warn of an equilibrium that leaves more than little of its forces, or of those by which
+        heat was held back at first: of a thin shell under small loads those of the membrane are
+        rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        largest = max(applied, unmasked)
+        largest = max(applied, unmasked, self._heat)
         if left > FEW * largest:
             warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
                  "reactions have few digits", AccuracyWarning)
