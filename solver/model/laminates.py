@@ -10,7 +10,7 @@ angles of plies run from it about the normal.  z is the height above the surface
 with the plane-stress elasticity Q of each ply (Jones 1999, chapters 2 and 4).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -318,6 +318,10 @@ class Section:
     def heated(self):
         """Whether there is a change of temperature."""
         return self.temperature != 0.0 or self.gradient != 0.0
+
+    def times(self, part):
+        """The same with a ``part`` of its change of temperature."""
+        return replace(self, temperature=part * self.temperature, gradient=part * self.gradient)
 
     def along(self, corners, elements):
         """Material direction in the initial axes x, y of its elements: unit vectors (n, 2).

@@ -259,8 +259,16 @@ class Model:
     @cached_property
     def elements(self):
         """Constants of all elements, ``Elements``."""
+        return self._elements(self.law)
+
+    def partly_heated(self, part):
+        """``Elements`` with a ``part`` of the changes of temperature."""
+        return self._elements(self._law([section.times(part) for section in self.sections]))
+
+    def _elements(self, law):
+        """``Elements`` of a ``Law``."""
         constants = element_constants(
-            self.nodes[self.quads], self.normals[self.directors.vertices], self.law, self.density,
+            self.nodes[self.quads], self.normals[self.directors.vertices], law, self.density,
             membrane=self.membrane, shear=self.shear)
         for name in constants.keys() - {"mass", "rotary"}:
             constants[name] = side_by_side(constants[name])
@@ -277,8 +285,12 @@ class Model:
     @cached_property
     def law(self):
         """Elasticity of all elements, ``constants.Law``."""
-        return law_of(self.thickness, self.youngs, self.poisson, self.nodes[self.quads],
-                      self.sections, self.members)
+        return self._law(self.sections)
+
+    def _law(self, sections):
+        """``Law`` of all elements with these sections."""
+        return law_of(self.thickness, self.youngs, self.poisson, self.nodes[self.quads], sections,
+                      self.members)
 
     @cached_property
     def members(self):

@@ -40,15 +40,16 @@ class Path:
             n_steps: how many steps it has room for.
             plan: what is asked for, kept in the file.
         """
-        system = self.equilibrium.system
-        if output is None:
-            self.append(0.0, 0, 0, first_step, 0.0)
-            return
-        description = describe(system.model, self._settings, system.solver.name, **plan)
-        if resume and output.exists():
-            self.rows.resume(output, description)
-        else:
-            self.append(0.0, 0, 0, first_step, 0.0)
+        system, description = self.equilibrium.system, None
+        if output is not None:
+            description = describe(system.model, self._settings, system.solver.name, **plan)
+            if resume and output.exists():
+                self.rows.resume(output, description)
+                return
+        if system.model.heated:
+            self.equilibrium.warm()
+        self.append(0.0, 0, 0, first_step, 0.0)
+        if output is not None:
             self.rows.create(output, description, n_steps, overwrite)
 
     def append(self, factor, iterations, steps, next_step, shown):
