@@ -43,7 +43,8 @@ def evaluate(c, x, p, A=None, n_rot=(3, 3, 3, 3)):
     work = TangentWork(*(np.empty(shape) for shape in (
         (9, 9), (11, 3), (9, 3), (4, 3, 3), (3, 3), (6, 6), (9, 3), (9, 3), (4, 3, 3), (3, 3),
         (11, 11), (9, 8))))
-    tangent(R, diagonals, yl, r, f, g, B, e, c["Q"], c["k_b"], c["coupling"], A, np.array(n_rot), work, ke)
+    tangent(R, diagonals, yl, r, f, g, B, e, c["Q"], c["k_b"], c["coupling"], A, np.array(n_rot),
+            work, ke)
     ke = np.tril(ke) + np.tril(ke, -1).T
     return kernel.strain_energy(e, c["k_b"], b), np.hstack([f_x, f_p]).ravel(), ke
 

@@ -16,8 +16,8 @@ DONE = -1
 class Elements(NamedTuple):
     """Connectivity and constants of all elements.
 
-    y0, r0, l, Q, k_b and coupling are given here for one element; they are stored side by side, in groups of
-    ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
+    y0, r0, l, Q, k_b and coupling are given here for one element; they are stored side by side, in
+    groups of ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
 
     Attributes:
         nodes: (n_elem, 4) node of each vertex.

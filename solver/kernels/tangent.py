@@ -90,8 +90,8 @@ def tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, n_rot, work, k
 
 @internal
 def _coupled_stiffness(B, k_b, coupling, k_c, k_t):
-    """With c = de/d(dr): ``k_t = B^T c``, and ``k_c`` is k_b with ``c^T c`` and with the rows of w in
-    k_t, which are rows of bending as well."""
+    """With c = de/d(dr): ``k_t = B^T c``, and ``k_c`` is k_b with ``c^T c`` and with the rows of w
+    in k_t, which are rows of bending as well."""
     for k in range(8):
         for i in range(9):
             k_ik = B[0, i] * coupling[0, k]

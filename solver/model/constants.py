@@ -61,8 +61,8 @@ STEEP = 0.02
 
 
 def in_surface(corners, directions):
-    """Directions (n_elem, 3) in the initial axes x, y of each element: unit vectors (n_elem, 2), and
-    which of them are none, (n_elem,), as they stand on it or are zero."""
+    """Directions (n_elem, 3) in the initial axes x, y of each element: unit vectors (n_elem, 2),
+    and which of them are none, (n_elem,), as they stand on it or are zero."""
     seen = np.einsum("eac,ec->ea", local_frames(corners)[:, :2], directions)
     size = np.linalg.norm(seen, axis=1)
     steep = size <= STEEP * np.linalg.norm(directions, axis=1)

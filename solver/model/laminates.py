@@ -364,6 +364,21 @@ class Section:
                    inertia / mass * full, coupling, strain[:, :, 0], curvature[:, :, 0])
 
 
+def directions_of(sections, members, corners):
+    """Material directions (n, 2) of the elements of each of the sections, as of ``Section.along``.
+
+    Raises:
+        InputError: as of that, with the number of the section.
+    """
+    found = []
+    for k, (section, elements) in enumerate(zip(sections, members)):
+        try:
+            found.append(section.along(corners[elements], elements))
+        except InputError as error:
+            raise InputError(f"sections[{k}]: {error}") from None
+    return found
+
+
 def law_of(thickness, youngs, poisson, corners, sections, members):
     """``Law`` of all elements.
 
@@ -372,9 +387,6 @@ def law_of(thickness, youngs, poisson, corners, sections, members):
         corners: (n_elem, 4, 3) [m].
         sections: ``Section`` s.
         members: numbers of the elements of each.
-
-    Raises:
-        InputError: as of ``Section.along``, with the number of the section.
     """
     law = isotropic(thickness, youngs, poisson)
     if not sections:
@@ -383,11 +395,8 @@ def law_of(thickness, youngs, poisson, corners, sections, members):
     zeros = {"coupling": np.zeros((n, 3, 3)), "strain": np.zeros((n, 3)),
              "curvature": np.zeros((n, 3))}
     whole = Law(*(np.array(values) for values in law[:6]), **zeros)
-    for k, (section, elements) in enumerate(zip(sections, members)):
-        try:
-            along = section.along(corners[elements], elements)
-        except InputError as error:
-            raise InputError(f"sections[{k}]: {error}") from None
+    directions = directions_of(sections, members, corners)
+    for section, elements, along in zip(sections, members, directions):
         for values, of_section in zip(whole, section.law(along)):
             values[elements] = of_section
     if not whole.coupling.any():

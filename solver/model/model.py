@@ -39,7 +39,7 @@ from .constants import (
 )
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .inertia import mass_properties
-from .laminates import Section, law_of, members_of
+from .laminates import Section, directions_of, law_of, members_of
 from .loads import COMPONENTS, Drive, Gravity, NodalLoad, NodalMoment, Pressure, Support
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
@@ -141,8 +141,7 @@ class Model:
         self._check_loads()
         self._check_supports()
         self._check_normal_velocity()
-        if self.sections:
-            self.law  # their directions are checked
+        directions_of(self.sections, self.members, nodes[quads])
 
     @classmethod
     def of(cls, mesh, thickness=None, youngs=None, poisson=None, density=None, *, sections=(),

@@ -44,8 +44,8 @@ class Equilibrium:
     """
 
     def __init__(self, model, settings, geometric=True):
-        """``geometric=False`` leaves the geometric stiffness out: linear theory, and a wrong variant
-        of any other."""
+        """``geometric=False`` leaves the geometric stiffness out, as linear theory does; a wrong
+        variant of any other."""
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver, full_tangent=True)
