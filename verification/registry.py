@@ -17,12 +17,13 @@ from .suites import (
     nonlinear,
     patch,
     rotations,
+    sections,
     shear,
     stresses,
 )
 
-SUITES = (patch, kernel, linear, shear, stresses, nonlinear, rotations, dynamics, junctions,
-          benchmarks, mutants)
+SUITES = (patch, kernel, linear, shear, stresses, sections, nonlinear, rotations, dynamics,
+          junctions, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 
