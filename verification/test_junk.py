@@ -66,23 +66,27 @@ def good(folder):
     }
 
 
-OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "ModelRun", "Stresses",
+OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "LayerStresses",
+            "ModelRun", "Stresses",
             "Configuration", "AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
             "ResultFileWarning", "StepError", "Curve", "warm_up"}
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""
 
 FITS = {
-    ("loads", "empty"), ("supports", "empty"), ("items", "empty"),  # nothing of all kinds
+    *((name, "empty") for name in ("loads", "supports", "sections", "items")),
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
                                   "all_quads", "rising")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
+    ("angle", "negative"),
     *((name, kind) for kind in ("float", "negative")
-      for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor", "amplitude",
+      for name in ("pressure", "displacement", "offset", "temperature", "gradient", "alpha",
+                   "alpha1", "alpha2", "unloaded_at", "scale", "load_factor", "amplitude",
                    "phase", "mean")),
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
-        "end_time", "length", "radius", "end", "frequency")),
+        "end_time", "length", "radius", "end", "frequency", "E1", "E2", "nu12", "G12", "G13", "G23",
+        *("Xt", "Xc", "Yt", "Yc", "S"))),
     ("node", "negative"),  # only a mesh knows its nodes
 }
 """Parameters to which something of the table is no junk."""

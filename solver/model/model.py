@@ -115,7 +115,7 @@ class Model:
         quads = node_numbers(self.quads, len(nodes))
         _set(self, nodes=nodes, quads=quads)
         check_mesh(nodes, quads)
-        _set(self, sections=_items("sections", self.sections, Section))
+        _set(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
