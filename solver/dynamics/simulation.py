@@ -81,18 +81,9 @@ def check_run(model, settings, probes):
         InputError: as of ``simulate``, for these arguments.
     """
     probes = Probes(model, probes or {})
-    _check_inertia(model)
     _check_memory(model, settings, probes.row)
     _check_impulses(model, settings)
     return probes
-
-
-def _check_inertia(model):
-    """Motions know mass at the nodes' surface, and turning about it, but no product of both."""
-    for k, section in enumerate(model.sections):
-        if section.laminate.mass_moment:
-            raise InputError(f"sections[{k}]: its mass is centred beside the surface of the nodes, "
-                             "by an offset or layers of different density: statics only")
 
 
 def _start(model, start):

@@ -32,6 +32,8 @@ class Elements(NamedTuple):
             [kg m^2].
         coupling: (n_s, 8) linear part of the measures in dr_1..dr_4, of sections that couple
             stretch and bending [sqrt(J)]; no groups at all where there are none.
+        eccentric: (n_elem, 4, 4) int rho z dz int N_i N_j dA, of mass that is not centred on the
+            surface of the nodes [kg m]; (0, 4, 4) where there is none.
     """
 
     nodes: np.ndarray
@@ -44,6 +46,7 @@ class Elements(NamedTuple):
     mass: np.ndarray
     rotary: np.ndarray
     coupling: np.ndarray
+    eccentric: np.ndarray
 
 
 class Nodes(NamedTuple):

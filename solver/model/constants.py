@@ -87,6 +87,8 @@ class Law(NamedTuple):
         coupling: (n, 3, 3) K [m]; None where B = 0.
         strain: (n, 3) A^-1 n_T, free of forces without curvature; None without heat.
         curvature: (n, 3) chi_T [1/m]; None without heat.
+        arm: (n,) height of the mass centre above the surface of the nodes [m]; None where it lies
+            there.
     """
 
     thickness: np.ndarray
@@ -98,6 +100,7 @@ class Law(NamedTuple):
     coupling: np.ndarray = None
     strain: np.ndarray = None
     curvature: np.ndarray = None
+    arm: np.ndarray = None
 
     def of(self, part):
         """The law of some elements."""
@@ -124,7 +127,8 @@ def element_constants(corners, normals, law, density, *, membrane, shear):
         shear: transverse shear field, one of ``SHEAR_FIELDS``.
 
     Returns:
-        dict of y0, r0, l, Q, k_b, mass, rotary, and of a law with a coupling of ``coupling``.
+        dict of y0, r0, l, Q, k_b, mass, rotary; ``coupling`` and ``eccentric`` of a law that has
+        them.
     """
     found = {}
     for first in range(0, len(corners), BLOCK):
@@ -155,6 +159,8 @@ def _block_constants(corners, normals, law, density, membrane, shear):
         "mass": mass,
         "rotary": law.gyration[:, None, None] * mass,
     }
+    if law.arm is not None:
+        found["eccentric"] = law.arm[:, None, None] * mass
     if law.coupling is not None:
         chi = [_bending_strains(local, *at, shear)[0][:, :, 4:] for at in zip(GAUSS, points)]
         found["coupling"] = _measured(measures, [law.coupling @ values for values in chi])

@@ -258,10 +258,10 @@ class Laminate:
         return self._inertia[0] / self.thickness
 
     @property
-    def mass_moment(self):
-        """``int rho z dz`` [kg/m]; zero where the mass is centred on the surface of the nodes."""
-        moment = self._inertia[1]
-        return 0.0 if abs(moment) < UNCOUPLED * self._inertia[0] * self.thickness else moment
+    def arm(self):
+        """Height of the mass centre above the surface of the nodes [m]."""
+        arm = self._inertia[1] / self._inertia[0]
+        return 0.0 if abs(arm) < UNCOUPLED * self.thickness else arm
 
     def heat(self, temperature, gradient):
         """(6,) forces and moments n_T, m_T [N/m, N] of a change of temperature
@@ -361,7 +361,8 @@ class Section:
         mass, _, inertia = laminate._inertia
         full = np.ones(len(along))
         return Law(h * full, A / h, 12.0 / h**3 * bending, modulus * full, shear,
-                   inertia / mass * full, coupling, strain[:, :, 0], curvature[:, :, 0])
+                   inertia / mass * full, coupling, strain[:, :, 0], curvature[:, :, 0],
+                   laminate.arm * full)
 
 
 def directions_of(sections, members, corners):
@@ -393,14 +394,14 @@ def law_of(thickness, youngs, poisson, corners, sections, members):
         return law
     n = len(thickness)
     zeros = {"coupling": np.zeros((n, 3, 3)), "strain": np.zeros((n, 3)),
-             "curvature": np.zeros((n, 3))}
+             "curvature": np.zeros((n, 3)), "arm": np.zeros(n)}
     whole = Law(*(np.array(values) for values in law[:6]), **zeros)
     directions = directions_of(sections, members, corners)
     for section, elements, along in zip(sections, members, directions):
         for values, of_section in zip(whole, section.law(along)):
             values[elements] = of_section
-    if not whole.coupling.any():
-        whole = whole._replace(coupling=None)
+    whole = whole._replace(**{name: None for name in ("coupling", "arm")
+                              if not getattr(whole, name).any()})
     if not any(section.heated for section in sections):
         whole = whole._replace(strain=None, curvature=None)
     return whole

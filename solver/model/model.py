@@ -269,8 +269,9 @@ class Model:
         constants = element_constants(
             self.nodes[self.quads], self.normals[self.directors.vertices], law, self.density,
             membrane=self.membrane, shear=self.shear)
-        for name in constants.keys() - {"mass", "rotary"}:
+        for name in constants.keys() - {"mass", "rotary", "eccentric"}:
             constants[name] = side_by_side(constants[name])
+        constants.setdefault("eccentric", np.zeros((0, 4, 4)))
         if "coupling" not in constants:
             constants["coupling"] = zeros((0, constants["l"].shape[1], 8))
         return with_masses(Elements(nodes=self.quads, directors=self.directors.vertices,
@@ -366,7 +367,13 @@ class Model:
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
-            elif not isinstance(load, Gravity):
+            elif isinstance(load, Gravity):
+                for number, section in enumerate(self.sections):
+                    if section.laminate.arm:
+                        raise InputError(f"load {k}: gravity does not know the moment of sections["
+                                         f"{number}], whose mass is centred "
+                                         f"{section.laminate.arm:g} m above the nodes")
+            else:
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):
