@@ -27,6 +27,14 @@ from corovec import (
     solve_linear,
     stresses,
 )
+from corovec.solver.kernels.arguments import STATIC
+from corovec.verification.helpers import (
+    assemble,
+    central_differences,
+    make_system,
+    relative,
+    stiffness,
+)
 from corovec.verification.models import folded, rectangle, spinning
 from corovec.verification.shells import CLAMPED
 from corovec.verification.suites.sections import CARBON, Q_bar, at, bimetal, free, plate, pulled
@@ -111,6 +119,21 @@ def test_directions_follow_vectors_and_fields():
                                atol=1e-12 * np.abs(each.elements.l).max())
     across = Model(shell.nodes, shell.quads, sections=[Section(laminate, direction=(0, 1, 0))])
     assert np.abs(across.elements.l - each.elements.l).max() > 0.1 * np.abs(each.elements.l).max()
+
+
+def test_matrix_at_a_junction():
+    """Static tangent, and a mass that outweighs it, of a fold that is coupled, offset and heated."""
+    shell = folded()
+    laminate = Laminate([Ply(CARBON, 0.004), Ply(CARBON, 0.006, 40.0)], offset=0.01)
+    model = Model(shell.nodes, shell.quads,
+                  sections=[Section(laminate, direction=(1, 2, 1), temperature=30.0)])
+    system = make_system(model)
+    state, n_dof = system.initial_state(), system.numbering.n_dof
+    for factors in (STATIC, STATIC._replace(delta=1e12, mass=1e12)):
+        K = stiffness(system, state, factors)
+        J = central_differences(lambda delta, factors=factors: -assemble(
+            system, state, factors, delta, tangent=False), np.zeros(n_dof), 1e-6)
+        assert relative(J, K) < 1e-6  # truncation and rounding of central differences
 
 
 def test_layers_of_a_stretched_laminate():
