@@ -122,7 +122,7 @@ def test_directions_follow_vectors_and_fields():
 
 
 def test_matrix_at_a_junction():
-    """Static tangent, and a mass that outweighs it, of a fold that is coupled, offset and heated."""
+    """Static tangent, and a mass that outweighs it, of a coupled, offset and heated fold."""
     shell = folded()
     laminate = Laminate([Ply(CARBON, 0.004), Ply(CARBON, 0.006, 40.0)], offset=0.01)
     model = Model(shell.nodes, shell.quads,

@@ -318,17 +318,17 @@ def run_conservation():
         model = replace(spinning(model, (3.0, -2.0, 5.0), (1.0, 2.0, 3.0)), loads=blow)
 
         def drift(dt, model=model, **scheme):
-            return simulate(model, Settings(dt=dt, end_time=0.3, scheme=Scheme(**scheme))).drift
+            return simulate(model, Settings(dt=dt, end_time=0.2, scheme=Scheme(**scheme))).drift
 
         fine = drift(5e-4)
         yield small(f"{name}: energy", fine.energy, bound, "steps of 5e-4; heat that comes at once "
                     "excites vibrations that they do not resolve" if heat else "steps of 5e-4")
         yield small(f"{name}: linear momentum", fine.linear_momentum, 1e-13, "rounding")
         yield small(f"{name}: angular momentum", fine.angular_momentum, 1e-7, "steps of 5e-4")
-        yield at_least(f"{name}: energy by the trapezoidal rule",
-                       drift(5e-4, name="newmark").energy, 100.0 * bound,
-                       "a scheme that does not conserve")
         if not heat:
+            yield at_least(f"{name}: energy by the trapezoidal rule",
+                           drift(5e-4, name="newmark").energy, 100.0 * bound,
+                           "a scheme that does not conserve")
             yield Row(f"{name}: order of the drift in dt",
                       np.log2(drift(1e-3).energy / fine.energy), 2.0, "analytic", 0.2,
                       "second order; 1e-3 and 5e-4", scale=1.0)
