@@ -17,13 +17,14 @@ from .suites import (
     nonlinear,
     patch,
     rotations,
+    sections,
     shear,
     stresses,
     vibration,
 )
 
-SUITES = (patch, kernel, linear, shear, stresses, nonlinear, rotations, dynamics, junctions,
-          vibration, benchmarks, mutants)
+SUITES = (patch, kernel, linear, shear, stresses, sections, nonlinear, rotations, dynamics,
+          junctions, vibration, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 

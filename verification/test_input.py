@@ -111,7 +111,7 @@ def test_bad_mesh(nodes, quads, message):
      r"normals 1, 3 are opposite .*: turn their sign, .*; normals 2, 4 are more than 60 degrees"),
     ({"thickness": "0.1"}, r"thickness must be a number, is '0.1'"),
     ({"thickness": True}, r"thickness must be a number, is True"),
-    ({"thickness": None}, r"thickness must be a number, is None"),
+    ({"thickness": None}, r"thickness is missing"),
     ({"youngs": 1e6 + 1j}, r"youngs must be a number"),
     ({"thickness": 1e-99}, r"thickness must be positive \[m\], at least 1e-30, is 1e-99"),
     ({"thickness": np.ma.masked}, r"thickness must be a number, is masked"),

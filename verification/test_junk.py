@@ -53,7 +53,8 @@ def good(folder):
                                 "components": None},
         figures.convergence: {"curves": [figures.Curve("a", (1, 4), (0.1, 0.02), -2.0)]},
         figures.mesh_and_loads: {"model": api.PLATE, "case": None, "view": None},
-        figures.sequence: {"recording": recording, "times": None, "scale": 1.0, "view": None},
+        figures.sequence: {"recording": recording, "times": None, "scale": 1.0, "view": None,
+                            "color": "strain_energy_density"},
         figures.save: {"figure": Figure(), "data": pd.DataFrame({"a": [1]}), "folder": folder,
                        "name": "figure", "formats": ("svg",), "overwrite": True},
         convergence.dask_workers: {"address": "tcp://none"},
@@ -66,25 +67,30 @@ def good(folder):
     }
 
 
-OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "ModelRun", "Stresses",
+OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "LayerStresses",
+            "ModelRun", "Stresses",
             "Configuration", "AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
             "ResultFileWarning", "StabilityWarning", "StepError", "Curve", "Modes", "Buckling",
             "warm_up"}
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""
 
 FITS = {
-    ("loads", "empty"), ("supports", "empty"), ("items", "empty"),  # nothing of all kinds
+    *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items")),
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
                                   "all_quads", "rising", "switch")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
+    ("angle", "negative"),
     *((name, kind) for kind in ("float", "negative")
-      for name in ("pressure", "displacement", "unloaded_at", "scale", "load_factor", "amplitude",
+      for name in ("pressure", "displacement", "offset", "temperature", "gradient", "alpha",
+                   "alpha1", "alpha2", "unloaded_at", "scale", "load_factor", "amplitude",
                    "phase", "mean", "factor")),
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
-        "end_time", "length", "radius", "end", "frequency")),
-    ("node", "negative"),  # only a mesh knows its nodes
+        "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
+        "turning", "E1", "E2", "nu12", "G12", "G13", "G23",
+        *("Xt", "Xc", "Yt", "Yc", "S"))),
+    *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
 }
 """Parameters to which something of the table is no junk."""
 

@@ -9,10 +9,10 @@ from ..checks import existing, integer, integers, names_columns, shown, single, 
 from ..errors import InputError
 from ..kernels import observation
 from ..kernels.calls import Call
-from ..model.constants import local_frames, recovery
+from ..model.constants import in_surface, recovery
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
-from ..results.stresses import STEEP, turned, turned_vector, unit
+from ..results.stresses import turned, turned_vector
 
 MOST_PROBES = 100
 """Each takes 48 bytes a step, of stress 88."""
@@ -153,17 +153,18 @@ class _Stress:
         self._element = k = _nearest(model, name, probe.at)
         self.told = {"element": k, "axes": probe.axes and list(probe.axes)}
         corners, h = model.nodes[model.quads[[k]]], model.thickness[k]
-        N, M, S = (operator[0] for operator in recovery(
-            corners, model.thickness[[k]], model.youngs[[k]], model.poisson[[k]],
-            membrane=model.membrane, shear=model.shear))
+        N, M, S, C = (None if operator is None else operator[0] for operator in recovery(
+            corners, model.law.of([k]), membrane=model.membrane, shear=model.shear))
         n = np.concatenate([N, np.zeros((3, 11))], axis=1)
         m, q = (np.concatenate([np.zeros((len(of), N.shape[1])), of], axis=1) for of in (M, S))
+        if C is not None:
+            m[:, :N.shape[1]] = C
         if probe.axes is not None:
-            seen = local_frames(corners)[0, :2] @ probe.axes
-            if np.hypot(*seen) <= STEEP * np.linalg.norm(probe.axes):
+            seen, steep = in_surface(corners, np.array([probe.axes]))
+            if steep[0]:
                 raise InputError(f"{name}: axes {probe.axes} are no direction in the surface of "
                                  f"element {k}: they stand on it or are zero")
-            along = unit(seen)
+            along = seen[0]
             n, m, q = turned(n.T, along).T, turned(m.T, along).T, turned_vector(q.T, along).T
         shear = np.zeros_like(q), 1.5 * q / h, np.zeros_like(q)
         levels = [_measure(n / h + z * 6.0 * m / h**2, s)

@@ -20,6 +20,7 @@ from ..signatures import checked
 from .acting import Driven, Held, History, Load, RigidMotion
 from .attached import Damped, Foundation, MassAt, SpringBetween, SpringToGround
 from .geometry import Geometry, Refinement
+from .layers import Layers, Material, SectionOf
 from .probed import Probed
 from .values import (
     Count,
@@ -202,7 +203,10 @@ class ModelFile(Strict):
         name: of the model.
         title: what it is, in words.
         paper: of a published run.
-        parameters: thickness and material.
+        parameters: thickness and material; not needed where sections have all elements.
+        materials: of layers, by name.
+        laminates: layers of these, by name.
+        sections: where laminates lie.
         groups: what groups of elements have of their own, by their names.
         geometry: the mesh.
         meshes: refinements of the geometry; the geometry as it is without any.
@@ -228,7 +232,10 @@ class ModelFile(Strict):
     name: Name
     title: Title = ""
     paper: Paper | None = None
-    parameters: Parameters
+    parameters: Parameters | None = None
+    materials: dict[Name, Material] = {}
+    laminates: dict[Name, Layers] = {}
+    sections: list[SectionOf] = []
     groups: dict[Name, Group] = {}
     geometry: Geometry
     meshes: list[Refinement] = []
@@ -259,7 +266,8 @@ class ModelFile(Strict):
     @model_validator(mode="after")
     def _consistent(self):
         try:
-            problems = [*self._of_meshes(), *self._of_loads(), *self._of_supports(),
+            problems = [*self._of_material(), *self._of_meshes(), *self._of_loads(),
+                        *self._of_supports(),
                         *self._of_steps()]
         except InputError as error:  # the file of the mesh
             raise ValueError(f"geometry.file: {error}") from None
@@ -292,6 +300,22 @@ class ModelFile(Strict):
         """``(place in the file, item)`` of lists of tables."""
         return [(f"{name}[{k}]", item) for name in names
                 for k, item in enumerate(getattr(self, name))]
+
+    def _of_material(self):
+        """What is wrong with parameters, and with the names of laminates and materials."""
+        if self.parameters is None and (self.groups or not self.sections):
+            yield "parameters: is missing"
+        for name, laminate in self.laminates.items():
+            unknown = [(k, ply.material) for k, ply in enumerate(laminate.plies)
+                       if ply.material not in self.materials]
+            for k, material in unknown:
+                yield _unknown(f"laminates.{name}.plies[{k}].material", material, self.materials)
+            if not unknown:
+                yield from _wrong(f"laminates.{name}",
+                                  lambda laminate=laminate: laminate.made(self.materials))
+        for k, section in enumerate(self.sections):
+            if section.laminate not in self.laminates:
+                yield _unknown(f"sections[{k}].laminate", section.laminate, self.laminates)
 
     def _of_meshes(self):
         """What is wrong with the numbers of elements."""
@@ -372,6 +396,10 @@ class ModelFile(Strict):
         for k, load in enumerate(self.loads):
             place = f".{load.place[0]}" if load.place else ""
             yield from _wrong(f"loads[{k}]{place}", lambda load=load: load.made(mesh))
+        for k, section in enumerate(self.sections):
+            if section.group is not None:
+                yield from _wrong(f"sections[{k}].group",
+                                  lambda section=section: mesh.groups[section.group])
         for place, support in self._listed("supports", "drives"):
             yield from _wrong(place, lambda support=support: support.made(mesh, functions))
         for place, item in self._listed(*ATTACHED):
@@ -381,7 +409,7 @@ class ModelFile(Strict):
         for name, point in self.points.items():
             yield from _wrong(f"points.{name}",
                               lambda point=point: node_at(mesh.nodes, point.value))
-        if self.parameters.thickness_at:
+        if self.parameters and self.parameters.thickness_at:
             yield from _wrong("parameters.thickness_at", lambda: self._thickness(mesh))
 
     @property
@@ -484,14 +512,22 @@ class ModelFile(Strict):
         values = {name: self._values(mesh, name) for name in PROPERTIES}
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
-                         damping=self.damping and self.damping.made(), **values, **options)
+                         damping=self.damping and self.damping.made(),
+                         sections=self._sections(mesh), **values, **options)
         if self.motion is None:
             return shell
         velocity, normal_velocity = self.motion.rates(shell)
         return replace(shell, velocity=velocity, normal_velocity=normal_velocity)
 
+    def _sections(self, mesh):
+        """``Section`` s on a mesh."""
+        laminates = {name: layers.made(self.materials) for name, layers in self.laminates.items()}
+        return [section.made(mesh, laminates[section.laminate]) for section in self.sections]
+
     def _values(self, mesh, name):
-        """A property, or (n_elem,) of them where they differ."""
+        """A property, or (n_elem,) of them where they differ; None where sections have all."""
+        if self.parameters is None:
+            return None
         own = {group: getattr(given, name).value for group, given in self.groups.items()
                if getattr(given, name) is not None}
         if name == "thickness" and self.parameters.thickness_at:
@@ -512,7 +548,7 @@ class ModelFile(Strict):
 
     def provenance(self):
         """Rows (parameter, value, unit, provenance, source) of everything the file defines."""
-        rows = [(name, *columns(given)) for name, given in self.parameters
+        rows = [(name, *columns(given)) for name, given in self.parameters or ()
                 if given is not None and name != "thickness_at"]
         rows += self.geometry.rows()
         rows += [(f"mesh {m.elements}", f"refinement {m.refinement}", "", m.provenance, "")

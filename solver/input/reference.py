@@ -16,7 +16,10 @@ from .values import Sourced, Strict
 EXAMPLES = Path(__file__).with_name("examples.toml")
 START = Path(__file__).with_name("panel.toml")
 
-TITLES = {"Parameters": "[parameters]", "Group": "[groups.NAME]", "Geometry": "[geometry]",
+TITLES = {"Parameters": "[parameters]", "Material": "[materials.NAME]",
+          "Limits": "strength of [materials.NAME]", "Layers": "[laminates.NAME]",
+          "Layer": "plies of [laminates.NAME]", "SectionOf": "[[sections]]",
+          "Group": "[groups.NAME]", "Geometry": "[geometry]",
           "Block": "[[geometry.blocks]]", "Sphere": "[geometry.sphere]",
           "Cylinder": "[geometry.cylinder]", "Refinement": "[[meshes]]", "Defaults": "[defaults]",
           "History": "[histories.NAME]", "Load": "[[loads]]", "Held": "[[supports]]",

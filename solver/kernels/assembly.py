@@ -142,6 +142,31 @@ def inertial_forces(mass, rotary, a_x, a_p, f_x, f_p):
 
 
 @internal
+def add_eccentric_forces(eccentric, a_x, a_p, f_x, f_p):
+    """The same of mass that is eccentric: ``c_ij p_ddot_j`` on x, ``c_ij x_ddot_j`` on p."""
+    for i in range(4):
+        for c in range(3):
+            f_x[i, c] += (eccentric[i, 0] * a_p[0, c] + eccentric[i, 1] * a_p[1, c]
+                          + eccentric[i, 2] * a_p[2, c] + eccentric[i, 3] * a_p[3, c])
+            f_p[i, c] += (eccentric[i, 0] * a_x[0, c] + eccentric[i, 1] * a_x[1, c]
+                          + eccentric[i, 2] * a_x[2, c] + eccentric[i, 3] * a_x[3, c])
+
+
+@internal
+def add_eccentric_mass(mass_factor, eccentric, A, n_rot, ke):
+    """``ke += mass_factor c``, between translations and normals."""
+    for i in range(4):
+        for j in range(i + 1):
+            c_ij = mass_factor * eccentric[i, j]
+            for c in range(3):
+                for r in range(n_rot[i]):
+                    ke[6 * i + 3 + r, 6 * j + c] += c_ij * A[i, c, r]
+                if j < i:
+                    for k in range(n_rot[j]):
+                        ke[6 * i + c, 6 * j + 3 + k] += c_ij * A[j, c, k]
+
+
+@internal
 def add_mass(stiffness_factor, mass_factor, mass, rotary, A, n_rot, ke):
     """``ke <- stiffness_factor ke + mass_factor m`` with the mass of Eqs. (40), (41)."""
     for i in range(4):
@@ -255,6 +280,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
     t, b, e, R = new((3, 3)), new((11,)), new((n_s,)), new((3, 3))
     B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
     rotations, matrices = np.empty(4, np.int64), tangent_work()
+    coupling, coupled = new((0, 8)), elements.coupling.shape[0] > 0
+    (eccentric_, eccentric), off_centre = pair((4, 4)), elements.eccentric.shape[0] > 0
 
     for group in range(elements.l.shape[0]):
         first, count = members(elements, group)
@@ -262,6 +289,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         directors = elements.directors[first:first + count]
         y0, r0, l = lanes(elements.y0[group]), lanes(elements.r0[group]), lanes(elements.l[group])
         Q, k_b = lanes(elements.Q[group]), lanes(elements.k_b[group])
+        if coupled:
+            coupling = lanes(elements.coupling[group])
         gather_positions(x, x_low, nodes, y_0_)
         _gather_increments(dx, nodes, dy_)
         gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
@@ -275,8 +304,10 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         diagonals = element.frame(y, R)
         element.local_variables(R, y, p, y0, r0, t, b)
         element.membrane_strains(l, Q, t, e)
+        element.couple_measures(coupling, b, 1.0, e)
         average_strains(step, t_0, b_0, e_0, t, b, e)
         element.local_forces(l, Q, k_b, t, b, e, B, f, g)
+        element.couple_forces(coupling, e, g)
 
         # 2. T^T f_int, Eq. (45b), with T the average of both ends
         if averaged:
@@ -305,6 +336,10 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         gather_vertices(inertial_x, nodes, a_x_)
         gather_vertices(inertial_p, directors, a_p_)
         inertial_forces(mass, rotary, a_x, a_p, f_x, f_p)
+        if off_centre:
+            gather_rows(elements.eccentric.reshape(-1, 16), first, count,
+                        eccentric_.reshape(16, WIDTH))
+            add_eccentric_forces(eccentric, a_x, a_p, f_x, f_p)
         _add(1.0, f_x_, nodes, force_x)
         _add(1.0, f_p_, directors, rate_p)
 
@@ -319,11 +354,15 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 for s in range(n_s):
                     e[s] = e_0[s]
                 element.local_forces(l, Q, k_b, t, b, e, B, f, g)
+                element.couple_forces(coupling, e, g)
                 _couples(R, g, f_p)
                 _add(1.0, f_p_, directors, ends_p[0])
-            tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, rotations, matrices, ke)
+            tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, rotations,
+                    matrices, ke)
             add_mass(step.stiffness * step.strain_end / weight, step.mass, mass, rotary, A,
                      rotations, ke)
+            if off_centre:
+                add_eccentric_mass(step.mass, eccentric, A, rotations, ke)
             for v in range(count):
                 scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 

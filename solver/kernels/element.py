@@ -9,6 +9,7 @@ passes.  Its 17 local variables are Eq. (6) with node 1 left out, whose local tr
 
 Strain energy: ``W = 1/2 sum_s e_s^2 + 1/2 b^T k_b b`` with the membrane measures
 ``e_s = l_s . t + 1/2 w^T Q_s w`` (assumed strain, scaled by a Cholesky factor of the elasticity).
+Sections that couple stretch and bending add ``c_s . dr`` to the measures.
 
 With phi the rotation of the frame, ``du_L = d(y, p) + S phi``, S_i = [y_i]x, [r_i]x, and
 ``phi = G1 d(y_3) + G2 d(y_4 - y_2)``: the transformation T of Eq. (45) is rotated blocks plus a
@@ -90,6 +91,24 @@ def membrane_strains(l, Q, t, e):
                       + w1 * (Q[s, 1, 0] * w0 + Q[s, 1, 1] * w1 + Q[s, 1, 2] * w2)
                       + w2 * (Q[s, 2, 0] * w0 + Q[s, 2, 1] * w1 + Q[s, 2, 2] * w2))
         e[s] = e_s
+
+
+@kernel
+def couple_measures(coupling, b, factor, e):
+    """``e_s += factor c_s . dr``, of sections that couple stretch and bending."""
+    for s in range(coupling.shape[0]):
+        e_s = coupling[s, 0] * b[3]
+        for k in range(1, 8):
+            e_s += coupling[s, k] * b[3 + k]
+        e[s] += factor * e_s
+
+
+@kernel
+def couple_forces(coupling, e, g):
+    """``g_j += sum_s c_sj e_s``, what the measures do to dr."""
+    for s in range(coupling.shape[0]):
+        for k in range(8):
+            g[k // 2, k % 2] += coupling[s, k] * e[s]
 
 
 @kernel

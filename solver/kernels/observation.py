@@ -46,6 +46,8 @@ def _fill_strains(elements, motion, start):
         element.frame(y, R)
         element.local_variables(R, y, p, lanes(elements.y0[group]), lanes(elements.r0[group]), t, b)
         element.membrane_strains(lanes(elements.l[group]), lanes(elements.Q[group]), t, e)
+        if elements.coupling.shape[0] > 0:
+            element.couple_measures(lanes(elements.coupling[group]), b, 1.0, e)
         W[0] = element.strain_energy(e, lanes(elements.k_b[group]), b)
         put_rows(t_.reshape(9, WIDTH), first, count, start.t.reshape(-1, 9))
         put_rows(b_, first, count, start.b)
@@ -61,6 +63,7 @@ def _momenta(elements, motion, velocity, start):
     kinetic = 0.0
     linear, angular, printed = np.zeros(3), np.zeros(3), np.zeros(3)
     v, w, X, q = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
+    off_centre = elements.eccentric.shape[0] > 0
     for el in range(elements.nodes.shape[0]):
         for i in range(4):
             node, director = elements.nodes[el, i], elements.directors[el, i]
@@ -81,6 +84,15 @@ def _momenta(elements, motion, velocity, start):
                 wx += I_ij * w[j, 0]
                 wy += I_ij * w[j, 1]
                 wz += I_ij * w[j, 2]
+            if off_centre:
+                for j in range(4):
+                    c_ij = elements.eccentric[el, i, j]
+                    px += c_ij * w[j, 0]
+                    py += c_ij * w[j, 1]
+                    pz += c_ij * w[j, 2]
+                    wx += c_ij * v[j, 0]
+                    wy += c_ij * v[j, 1]
+                    wz += c_ij * v[j, 2]
             kinetic += 0.5 * (v[i, 0] * px + v[i, 1] * py + v[i, 2] * pz)
             kinetic += 0.5 * (w[i, 0] * wx + w[i, 1] * wy + w[i, 2] * wz)
             linear[0] += px

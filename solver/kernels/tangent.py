@@ -34,6 +34,8 @@ class TangentWork(NamedTuple):
         V2: (9, 3) P G for v_24.
         D: (4, 3, 3) columns dp/dn in local axes.
         block: (3, 3).
+        k_c: (11, 11) k_b, and what coupled measures add to it.
+        k_t: (9, 8) stiffness of the translations on dr, by coupled measures.
     """
 
     k_m: np.ndarray
@@ -46,33 +48,65 @@ class TangentWork(NamedTuple):
     V2: np.ndarray
     D: np.ndarray
     block: np.ndarray
+    k_c: np.ndarray
+    k_t: np.ndarray
 
 
 @internal
 def tangent_work():
     """``TangentWork`` of lanes."""
     return TangentWork(new((9, 9)), new((11, 3)), new((9, 3)), new((4, 3, 3)), new((3, 3)),
-                       new((6, 6)), new((9, 3)), new((9, 3)), new((4, 3, 3)), new((3, 3)))
+                       new((6, 6)), new((9, 3)), new((9, 3)), new((4, 3, 3)), new((3, 3)),
+                       new((11, 11)), new((9, 8)))
 
 
 @kernel
-def tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, A, n_rot, work, ke):
+def tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, n_rot, work, ke):
     """Element tangent ``T^T k_T T + dT/du : f_int``, Eq. (63), but for second derivatives of p.
 
     The columns ``A[i, :, :n_rot[i]]`` are the directions dp_i/dn_i.  ``ke`` (24, 24) receives the
     lower triangle, for vertex i in rows 6 i + (0, 1, 2) for x_i and 6 i + 3 + c for column c of
     A_i; unused rows are left alone.
     """
+    coupled = coupling.shape[0] > 0
+    if coupled:
+        _coupled_stiffness(B, k_b, coupling, work.k_c, work.k_t)
+        k_b = work.k_c
     _local_stiffness(B, e, Q, k_b, work.k_m)
     _bending_by_rotation(k_b, yl, r, work.P_b)
     _membrane_by_rotation(work.k_m, yl, work.P_b, work.P_x)
+    if coupled:
+        _coupling_by_rotation(work.k_t, yl, r, work.P_b, work.P_x)
     _rotation_by_rotation(work.P_x, work.P_b, yl, r, work.E)
     _less_turned_forces(f, g, work.P_b, work.P_x, work.P_p)
     _frame_stiffness(diagonals, yl, r, f, g, work.E, work.C)
     _add_frame(diagonals, work)
     _rotate_translations(R, work.k_m, work.block, ke)
     _couple_normals(R, diagonals, k_b, A, n_rot, work.P_p, work.D, ke)
+    if coupled:
+        _couple_translations(R, work.k_t, n_rot, work.D, ke)
     _normals(k_b, n_rot, work.D, ke)
+
+
+@internal
+def _coupled_stiffness(B, k_b, coupling, k_c, k_t):
+    """With c = de/d(dr): ``k_t = B^T c``, and ``k_c`` is k_b with ``c^T c`` and with the rows of w
+    in k_t, which are rows of bending as well."""
+    for k in range(8):
+        for i in range(9):
+            k_ik = B[0, i] * coupling[0, k]
+            for s in range(1, B.shape[0]):
+                k_ik += B[s, i] * coupling[s, k]
+            k_t[i, k] = k_ik
+    for i in range(11):
+        for j in range(i + 1):
+            k_ij = k_b[i, j]
+            if i >= 3 and j >= 3:
+                for s in range(B.shape[0]):
+                    k_ij += coupling[s, i - 3] * coupling[s, j - 3]
+            elif i >= 3:
+                k_ij += k_t[3 * j + 2, i - 3]
+            k_c[i, j] = k_c[j, i] = k_ij
 
 
 @internal
@@ -121,6 +155,23 @@ def _membrane_by_rotation(k_m, yl, P_b, P_x):
     for k in range(3):
         for c in range(3):
             P_x[3 * k + 2, c] += P_b[k, c]
+
+
+@internal
+def _coupling_by_rotation(k_t, yl, r, P_b, P_x):
+    """What the rows of u and v in k_t add to ``k_L S``, and to its rows of dr."""
+    for k in range(3):
+        for i in range(3 * k, 3 * k + 2):
+            for j in range(4):
+                k_x, k_y = k_t[i, 2 * j], k_t[i, 2 * j + 1]
+                P_x[i, 0] += k_y * r[j, 2]
+                P_x[i, 1] -= k_x * r[j, 2]
+                P_x[i, 2] += k_x * r[j, 1] - k_y * r[j, 0]
+        for j in range(8):
+            k_u, k_v = k_t[3 * k, j], k_t[3 * k + 1, j]
+            P_b[3 + j, 0] += k_v * yl[k, 2]
+            P_b[3 + j, 1] -= k_u * yl[k, 2]
+            P_b[3 + j, 2] += k_u * yl[k, 1] - k_v * yl[k, 0]
 
 
 @internal
@@ -319,6 +370,23 @@ def _couple_normals(R, diagonals, k_b, A, n_rot, P_p, D, ke):
                 ke[max(col, 6 + c), min(col, 6 + c)] = entry_2
                 ke[max(col, 12 + c), min(col, 12 + c)] = entry_3
                 ke[max(col, 18 + c), min(col, 18 + c)] = entry_4
+
+
+@internal
+def _couple_translations(R, k_t, n_rot, D, ke):
+    """What the rows of u and v in k_t add to rows of the normals; D as ``_couple_normals`` left it.
+    """
+    for j in range(4):
+        for n in range(n_rot[j]):
+            d_x, d_y = D[j, 0, n], D[j, 1, n]
+            col = 6 * j + 3 + n
+            for k in range(3):
+                k_u = k_t[3 * k, 2 * j] * d_x + k_t[3 * k, 2 * j + 1] * d_y
+                k_v = k_t[3 * k + 1, 2 * j] * d_x + k_t[3 * k + 1, 2 * j + 1] * d_y
+                for c in range(3):
+                    row, entry = 6 * k + 6 + c, R[0, c] * k_u + R[1, c] * k_v
+                    ke[col, c] -= entry
+                    ke[max(col, row), min(col, row)] += entry
 
 
 @internal

@@ -61,7 +61,11 @@ def predict_strains(elements, nodes, motion, start, correction, predicted):
         _gather_correction(nodes, start.A1, quads, directors, correction, dy_, dp_)
         diagonals = element.frame(y, R)
         element.rotated_positions(R, y, p, yl, r)
+        if elements.coupling.shape[0] > 0:
+            element.couple_measures(lanes(elements.coupling[group]), b, -1.0, e)
         _change_variables(R, yl, r, diagonals, dy, dp, dt, b)
+        if elements.coupling.shape[0] > 0:
+            element.couple_measures(lanes(elements.coupling[group]), b, 1.0, e)
         _change_measures(lanes(elements.l[group]), lanes(elements.Q[group]), t, dt, e)
         put_rows(b_, first, count, predicted.b)
         put_rows(e_, first, count, predicted.e)

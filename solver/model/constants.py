@@ -56,24 +56,85 @@ def local_frames(corners):
     return np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
 
 
-def element_constants(corners, normals, thickness, youngs, poisson, density, *, membrane, shear):
+STEEP = 0.02
+"""Sine of the angle (1 degree) to the normal below which a direction gives an element no axis."""
+
+
+def in_surface(corners, directions):
+    """Directions (n_elem, 3) in the initial axes x, y of each element: unit vectors (n_elem, 2),
+    and which of them are none, (n_elem,), as they stand on it or are zero."""
+    seen = np.einsum("eac,ec->ea", local_frames(corners)[:, :2], directions)
+    size = np.linalg.norm(seen, axis=1)
+    steep = size <= STEEP * np.linalg.norm(directions, axis=1)
+    return seen / np.where(steep, 1.0, size)[:, None], steep
+
+
+class Law(NamedTuple):
+    """Elasticity of sections, in the local axes of their elements.
+
+    ``n = A eps + B chi - n_T``, ``m = B eps + D chi - m_T``, ``q = S gamma``, with A^-1 taken out:
+    ``eps = A^-1 n - K chi + A^-1 n_T``, ``m = K^T n + D' (chi - chi_T)``, where
+    ``K = A^-1 B``, ``D' = D - B A^-1 B``.  Moduli are those of the homogeneous section that is as
+    stiff: plates of one material have their own, bit for bit.
+
+    Attributes:
+        thickness: (n,) h [m].
+        membrane: (n, 3, 3) A/h [Pa].
+        bending: (n, 3, 3) 12 D'/h^3 [Pa].
+        modulus: (n,) of transverse shear [N/m].
+        shear: (n, 2, 2) S over the modulus.
+        gyration: (n,) rotary inertia over mass [m^2].
+        coupling: (n, 3, 3) K [m]; None where B = 0.
+        strain: (n, 3) A^-1 n_T, free of forces without curvature; None without heat.
+        curvature: (n, 3) chi_T [1/m]; None without heat.
+        arm: (n,) height of the mass centre above the surface of the nodes [m]; None where it lies
+            there.
+    """
+
+    thickness: np.ndarray
+    membrane: np.ndarray
+    bending: np.ndarray
+    modulus: np.ndarray
+    shear: np.ndarray
+    gyration: np.ndarray
+    coupling: np.ndarray = None
+    strain: np.ndarray = None
+    curvature: np.ndarray = None
+    arm: np.ndarray = None
+
+    def of(self, part):
+        """The law of some elements."""
+        return Law(*(None if values is None else values[part] for values in self))
+
+
+def isotropic(thickness, youngs, poisson):
+    """``Law`` of plates of one material; h [m], E [Pa] and nu are (n,)."""
+    D = _plane_stress(youngs, poisson)
+    modulus = SHEAR_CORRECTION * 0.5 * youngs / (1.0 + poisson) * thickness
+    return Law(thickness, D, D, modulus, np.broadcast_to(np.eye(2), (len(D), 2, 2)),
+               thickness**2 / 12.0)
+
+
+def element_constants(corners, normals, law, density, *, membrane, shear):
     """Arrays of ``arguments.Elements`` (without connectivity) from the initial configuration.
 
     Args:
         corners: (n_elem, 4, 3) initial vertex positions [m].
         normals: (n_elem, 4, 3) initial unit normals at the vertices, Eq. (14).
-        thickness, youngs, poisson, density: (n_elem,) h [m], E [Pa], nu, rho [kg/m^3].
+        law: ``Law``; one with a coupling or heat takes the membrane field ``stress``.
+        density: (n_elem,) rho [kg/m^3].
         membrane: assumed membrane field, one of ``MEMBRANE_FIELDS``.
         shear: transverse shear field, one of ``SHEAR_FIELDS``.
 
     Returns:
-        dict of y0, r0, l, Q, k_b, mass, rotary.
+        dict of y0, r0, l, Q, k_b, mass, rotary; ``coupling`` and ``eccentric`` of a law that has
+        them.
     """
-    given = corners, normals, thickness, youngs, poisson, density
     found = {}
     for first in range(0, len(corners), BLOCK):
         part = slice(first, first + BLOCK)
-        block = _block_constants(*(values[part] for values in given), membrane, shear)
+        block = _block_constants(corners[part], normals[part], law.of(part), density[part],
+                                 membrane, shear)
         for name, values in block.items():
             if first == 0:
                 found[name] = np.empty((len(corners), *values.shape[1:]))
@@ -81,40 +142,80 @@ def element_constants(corners, normals, thickness, youngs, poisson, density, *, 
     return found
 
 
-def _block_constants(corners, normals, thickness, youngs, poisson, density, membrane, shear):
+def _block_constants(corners, normals, law, density, membrane, shear):
     """``element_constants`` of a few elements."""
     rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     directors = np.einsum("eab,eib->eia", rotation, normals)
     points = [_gauss_point(local, point) for point in GAUSS]
-    linear, quadratic, _ = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
-    mass = _mass(corners, thickness, density)
-    return {
+    measures = _membrane_measures(local, points, law, membrane)
+    mass = _mass(corners, law.thickness, density)
+    found = {
         "y0": local[:, 1:],
         "r0": directors[:, :, :2],
-        "l": linear[:, :, 1:],
-        "Q": quadratic[:, :, 1:, 1:],
-        "k_b": _bending_and_shear(local, points, thickness, youngs, poisson, shear),
+        "l": measures.linear[:, :, 1:],
+        "Q": measures.quadratic[:, :, 1:, 1:],
+        "k_b": _bending_and_shear(local, points, law, shear),
         "mass": mass,
-        "rotary": (thickness**2 / 12.0)[:, None, None] * mass,
+        "rotary": law.gyration[:, None, None] * mass,
     }
+    if law.arm is not None:
+        found["eccentric"] = law.arm[:, None, None] * mass
+    if law.coupling is not None:
+        chi = [_bending_strains(local, *at, shear)[0][:, :, 4:] for at in zip(GAUSS, points)]
+        found["coupling"] = _measured(measures, [law.coupling @ values for values in chi])
+    if law.strain is not None:
+        found |= _heated(law, local, measures, found)
+    return found
+
+
+def _measured(measures, strains):
+    """Measures (n_elem, n_s, ...) of strains (n_elem, 3, ...) at the Gauss points."""
+    return _combined(measures.scale, sum(map(_combined, measures.tests, strains)))
+
+
+def _heated(law, local, measures, found):
+    """y0, r0 and l of elements whose shape without stress is another than the initial one.
+
+    Curvatures chi_T bend an element without shear by normals ``dr_T = chi_T x`` and the deflection
+    ``w_T = -x . chi_T x / 2``; in its plane the nodes move by what the measures say of the strain.
+    With variables from there, ``t = t_T + t'``, the energy has its old form:
+    ``l . t + 1/2 w Q w = (l + Q w_T) . t' + 1/2 w' Q w' + const``, and the constants cancel.
+    """
+    x, twist = local[:, :, :2], 0.5 * law.curvature[:, 2]
+    chi = np.stack([np.stack([law.curvature[:, 0], twist], axis=1),
+                    np.stack([twist, law.curvature[:, 1]], axis=1)], axis=1)
+    tilt = x @ chi
+    w = -0.5 * np.sum(x * tilt, axis=2)[:, 1:]
+    l, bent = found["l"], np.einsum("eskj,ej->esk", found["Q"], w)
+    left = _measured(measures, [law.strain[:, :, None]] * len(GAUSS))[:, :, 0]
+    left -= np.einsum("esk,ek->es", l[..., 2] + 0.5 * bent, w)
+    if "coupling" in found:
+        left -= np.einsum("esk,ek->es", found["coupling"], tilt.reshape(-1, 8))
+    flat = l[..., :2].reshape(*l.shape[:2], 6)
+    moved = (np.linalg.pinv(flat) @ left[:, :, None]).reshape(-1, 3, 2)
+    return {"y0": found["y0"] + np.concatenate([moved, w[:, :, None]], axis=2),
+            "r0": found["r0"] + tilt,
+            "l": np.concatenate([l[..., :2], (l[..., 2] + bent)[..., None]], axis=3)}
 
 
 class Recovery(NamedTuple):
-    """Stress resultants at the centres of elements: ``n = N e``, ``m = M b``, ``q = S b``.
+    """Stress resultants at the centres of elements: ``n = N e``, ``m = M b + C e``, ``q = S b``.
 
     Attributes:
         N: (n_elem, 3, n_s) of the membrane measures e [N/m / sqrt(J)].
         M: (n_elem, 3, 11) of the variables b of bending and shear [N, N/m].
         S: (n_elem, 2, 11) of the same [N/m, N/m^2].
+        C: (n_elem, 3, n_s) K^T N of a ``Law`` with a coupling [N / sqrt(J)], else None.
     """
 
     N: np.ndarray
     M: np.ndarray
     S: np.ndarray
+    C: np.ndarray = None
 
 
-def recovery(corners, thickness, youngs, poisson, *, membrane, shear):
+def recovery(corners, law, *, membrane, shear):
     """``Recovery`` by the fields that the strain energy is made of; arguments as above.
 
     ``m = h^3/12 D chi``, ``q = k G h gamma``, both at the centre.
@@ -122,11 +223,12 @@ def recovery(corners, thickness, youngs, poisson, *, membrane, shear):
     rotation = local_frames(corners)
     local = np.einsum("eab,eib->eia", rotation, corners - corners[:, :1])
     points = [_gauss_point(local, point) for point in GAUSS]
-    *_, resultants = _membrane_measures(local, points, thickness, youngs, poisson, membrane)
+    N = _membrane_measures(local, points, law, membrane).forces
     chi, gamma = _bending_strains(local, (0.0, 0.0), _gauss_point(local, (0.0, 0.0)), shear)
-    D = _plane_stress(youngs, poisson) * (thickness**3 / 12.0)[:, None, None]
-    modulus = _shear_modulus(thickness, youngs, poisson)
-    return Recovery(resultants, (D @ chi)[:, :, 1:], (modulus[:, None, None] * gamma)[:, :, 1:])
+    D = law.bending * (law.thickness**3 / 12.0)[:, None, None]
+    S = law.modulus[:, None, None] * (law.shear @ gamma)
+    C = None if law.coupling is None else law.coupling.transpose(0, 2, 1) @ N
+    return Recovery(N, (D @ chi)[:, :, 1:], S[:, :, 1:], C)
 
 
 def jacobians(corners):
@@ -187,7 +289,20 @@ def _shallow_strain(local, cartesian):
     return linear, quadratic
 
 
-def _membrane_measures(local, points, thickness, youngs, poisson, field):
+class _Measures(NamedTuple):
+    """Membrane measures: ``linear`` (n_elem, n_s, 4, 3) and ``quadratic`` (n_elem, n_s, 4, 4) part;
+    ``forces`` N (n_elem, 3, n_s) of ``n = N e`` at the centre, of ``compatible`` the mean of the
+    Gauss points.  Of modes, ``tests`` at the Gauss points (n_elem, 3, 5) and ``scale``
+    (n_elem, 5, 5) make measures of strains."""
+
+    linear: np.ndarray
+    quadratic: np.ndarray
+    forces: np.ndarray
+    tests: list = None
+    scale: np.ndarray = None
+
+
+def _membrane_measures(local, points, law, field):
     """Scaled membrane measures: W_membrane = 1/2 sum_s e_s^2.
 
     - ``stress``: five stress modes P (Pian-Sumihara); ``int h P^T eps dA`` and the flexibility
@@ -197,10 +312,9 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     - ``compatible``: eps itself at the four Gauss points (locks; kept as a wrong variant).
 
     Returns:
-        linear (n_elem, n_s, 4, 3) and quadratic (n_elem, n_s, 4, 4) part, and the forces
-        ``n = N e`` at the centre, (n_elem, 3, n_s); of ``compatible`` the mean of the Gauss points.
+        ``_Measures``.
     """
-    D = _plane_stress(youngs, poisson)
+    thickness, D = law.thickness, law.membrane
     n = len(local)
     weights = [thickness * det for _, _, det in points]
     strains = [_shallow_strain(local, cartesian) for _, cartesian, _ in points]
@@ -209,14 +323,14 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
         linear = [_combined(c, s[0]) for c, s in zip(factors, strains)]
         quadratic = [_combined(c, s[1]) for c, s in zip(factors, strains)]
         forces = [c * (thickness / (4.0 * w))[:, None, None] for c, w in zip(factors, weights)]
-        return (np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1),
-                np.concatenate(forces, axis=2))
+        return _Measures(np.concatenate(linear, axis=1), np.concatenate(quadratic, axis=1),
+                         np.concatenate(forces, axis=2))
     modes = [_five_modes(local, point, field) for point in GAUSS]
     linear, quadratic, gram = np.zeros((n, 5, 4, 3)), np.zeros((n, 5, 4, 4)), np.zeros((n, 5, 5))
     stiffness = np.zeros((n, 5, 5))
     metric = np.linalg.inv(D) if field == "stress" else np.broadcast_to(np.eye(3), D.shape)
-    for weight, mode, (eps_l, eps_q) in zip(weights, modes, strains):
-        weighted = mode * weight[:, None, None]
+    tests = [mode * weight[:, None, None] for mode, weight in zip(modes, weights)]
+    for weighted, mode, (eps_l, eps_q) in zip(tests, modes, strains):
         linear += _combined(weighted, eps_l)
         quadratic += _combined(weighted, eps_q)
         gram += _combined(weighted, metric @ mode)
@@ -227,8 +341,8 @@ def _membrane_measures(local, points, thickness, youngs, poisson, field):
     # three modes are constant, the other two zero at the centre
     stress = (scale[:, :3] if field == "stress" else
               D @ (inverse @ np.linalg.inv(scale).transpose(0, 2, 1))[:, :3])
-    return (_combined(scale, linear), _combined(scale, quadratic),
-            thickness[:, None, None] * stress)
+    return _Measures(_combined(scale, linear), _combined(scale, quadratic),
+                     thickness[:, None, None] * stress, tests, scale)
 
 
 def _combined(factors, values):
@@ -255,20 +369,14 @@ def _five_modes(local, point, field):
     return modes
 
 
-def _shear_modulus(thickness, youngs, poisson):
-    """k G h (n_elem,) [N/m]."""
-    return SHEAR_CORRECTION * 0.5 * youngs / (1.0 + poisson) * thickness
-
-
-def _bending_and_shear(local, points, thickness, youngs, poisson, shear):
+def _bending_and_shear(local, points, law, shear):
     """Constant stiffness (n_elem, 11, 11) on (w_2..w_4, dr_x1, dr_y1, ..., dr_y4)."""
-    D = _plane_stress(youngs, poisson)
-    modulus = _shear_modulus(thickness, youngs, poisson)
+    thickness, D = law.thickness, law.bending
     k = np.zeros((len(local), 12, 12))
     for point, at in zip(GAUSS, points):
         bending, gamma = _bending_strains(local, point, at, shear)
         k += _combined(bending, D @ bending * (at[2] * thickness**3 / 12.0)[:, None, None])
-        k += _combined(gamma, gamma * (at[2] * modulus)[:, None, None])
+        k += _combined(gamma, law.shear @ gamma * (at[2] * law.modulus)[:, None, None])
     k = 0.5 * (k + k.transpose(0, 2, 1))
     return k[:, 1:, 1:]
 

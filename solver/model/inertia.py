@@ -22,14 +22,21 @@ class MassProperties(NamedTuple):
 def mass_properties(elements, nodes, normals):
     """``MassProperties`` by Eqs. (40a), (40b).
 
-    ``I = sum_ij m_ij s(x_i, x_j) + I_ij s(p_i, p_j)``, ``s(a, b) = a . b 1 - b a^T``, as
-    ``a x (omega x b) = s(a, b) omega``.
+    ``I = sum_ij m_ij s(x_i, x_j) + I_ij s(p_i, p_j) + c_ij (s(x_i, p_j) + s(p_i, x_j))``,
+    ``s(a, b) = a . b 1 - b a^T``, as ``a x (omega x b) = s(a, b) omega``; c_ij is the mass that is
+    eccentric.
     """
     m = elements.mass
     x, p = nodes[elements.nodes], normals[elements.directors]
     mass = m.sum()
     centre = np.einsum("eij,ejc->c", m, x) / mass
+    eccentric = elements.eccentric
+    if len(eccentric):
+        centre += np.einsum("eij,ejc->c", eccentric, p) / mass
     arms = x - centre
     spread = (np.einsum("eij,eic,ejd->cd", m, arms, arms)
               + np.einsum("eij,eic,ejd->cd", elements.rotary, p, p))
+    if len(eccentric):
+        mixed = np.einsum("eij,eic,ejd->cd", eccentric, arms, p)
+        spread += mixed + mixed.T
     return MassProperties(float(mass), centre, np.trace(spread) * np.eye(3) - spread)

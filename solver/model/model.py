@@ -6,7 +6,7 @@ SI units throughout.
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
@@ -26,12 +26,20 @@ from ..checks import (
 )
 from ..errors import InputError
 from ..kernels.arguments import Elements
+from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
 from .attached import ATTACHED, Damping, GroundSpring, check_attached, with_masses
-from .constants import MEMBRANE_FIELDS, SHEAR_FIELDS, element_constants, recovery, side_by_side
+from .constants import (
+    MEMBRANE_FIELDS,
+    SHEAR_FIELDS,
+    element_constants,
+    recovery,
+    side_by_side,
+)
 from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
 from .inertia import mass_properties
+from .laminates import Section, directions_of, law_of, members_of
 from .loads import (
     COMPONENTS,
     Centrifugal,
@@ -59,7 +67,9 @@ class Model:
     Attributes:
         nodes: (n_nodes, 3) initial coordinates [m].
         quads: (n_elem, 4) node numbers, counter-clockwise about the normal.
-        thickness: h [m], a number or (n_elem,).
+        thickness: h [m], a number or (n_elem,).  It and the material may be left out where
+            ``sections`` have all elements; elements of a section get those of its laminate, E as a
+            scale only: the largest A_ii/h, with nu = 0.
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
@@ -69,6 +79,7 @@ class Model:
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         damping: ``Damping``; None for none.
+        sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
             normals at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved
@@ -91,10 +102,10 @@ class Model:
 
     nodes: np.ndarray
     quads: np.ndarray
-    thickness: object
-    youngs: object
-    poisson: object
-    density: object
+    thickness: object = None
+    youngs: object = None
+    poisson: object = None
+    density: object = None
     loads: tuple = ()
     supports: tuple = ()
     normals: np.ndarray = None
@@ -106,6 +117,7 @@ class Model:
     patches: np.ndarray = None
     attached: tuple = ()
     damping: Damping = None
+    sections: tuple = ()
     directors: Directors = field(init=False)
 
     def __post_init__(self):
@@ -113,11 +125,12 @@ class Model:
         quads = node_numbers(self.quads, len(nodes))
         _set(self, nodes=nodes, quads=quads)
         check_mesh(nodes, quads)
+        _set(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
-            values = _per_element(name, getattr(self, name), len(quads))
+            values = self._property(name)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
-        poisson = _per_element("poisson", self.poisson, len(quads))
+        poisson = self._property("poisson")
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
         _set(self, poisson=poisson, directors=self._find_directors())
         _set(self, normals=self.directors.normals)
@@ -127,6 +140,8 @@ class Model:
             _set(self, **{name: values})
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
+        if self.sections and self.membrane != "stress":
+            raise InputError(f"sections take the membrane field stress, not {self.membrane}")
         _set(self, loads=_items("loads", self.loads, LOADS),
              supports=_items("supports", self.supports, (Support, Drive)),
              attached=_items("attached", self.attached, ATTACHED))
@@ -136,15 +151,18 @@ class Model:
         self._check_loads()
         self._check_supports()
         self._check_normal_velocity()
+        directions_of(self.sections, self.members, nodes[quads])
 
     @classmethod
-    def of(cls, mesh, thickness, youngs, poisson, density, **options):
+    def of(cls, mesh, thickness=None, youngs=None, poisson=None, density=None, *, sections=(),
+           **options):
         """A model of a ``Mesh``: its nodes, quads and exact normals.
 
         Args:
             mesh: ``Mesh``.
             thickness, youngs, poisson, density: as of ``Model``, or by groups of elements,
                 ``{group: value}``.
+            sections: as of ``Model``, or ``{group: Section}``.
             options: as of ``Model``.
 
         Raises:
@@ -153,7 +171,26 @@ class Model:
         instance("mesh", mesh, Mesh)
         values = (mesh.per_element(value) if isinstance(value, Mapping) else value
                   for value in (thickness, youngs, poisson, density))
-        return cls(mesh.nodes, mesh.quads, *values, **{"normals": mesh.normals, **options})
+        if isinstance(sections, Mapping):
+            sections = [replace(instance(f"section of group {shown(group)}", section, Section),
+                                elements=mesh.groups[group].tolist())
+                        for group, section in sections.items()]
+        return cls(mesh.nodes, mesh.quads, *values, sections=sections,
+                   **{"normals": mesh.normals, **options})
+
+    def _property(self, name):
+        """A property (n_elem,), that of the laminate where there is a section."""
+        given, n = getattr(self, name), len(self.quads)
+        if given is not None and not self.sections:
+            return _per_element(name, given, n)
+        values = np.full(n, np.nan) if given is None else np.array(_per_element(name, given, n))
+        for section, elements in zip(self.sections, self.members):
+            values[elements] = getattr(section.laminate, name)
+        missing = np.isnan(values)
+        if missing.any():
+            where = f": element {np.argmax(missing)} is in no section" if self.sections else ""
+            raise InputError(f"{name} is missing{where}")
+        return floats(name, values, (n,))
 
     def under(self, loads, supports):
         """The same model under other loads and supports, with the directors and element constants
@@ -234,19 +271,49 @@ class Model:
     @cached_property
     def elements(self):
         """Constants of all elements, ``Elements``."""
+        return self._elements(self.law)
+
+    def partly_heated(self, part):
+        """``Elements`` with a ``part`` of the changes of temperature."""
+        return self._elements(self._law([section.times(part) for section in self.sections]))
+
+    def _elements(self, law):
+        """``Elements`` of a ``Law``."""
         constants = element_constants(
-            self.nodes[self.quads], self.normals[self.directors.vertices], self.thickness,
-            self.youngs, self.poisson, self.density, membrane=self.membrane, shear=self.shear)
-        for name in ("y0", "r0", "l", "Q", "k_b"):
+            self.nodes[self.quads], self.normals[self.directors.vertices], law, self.density,
+            membrane=self.membrane, shear=self.shear)
+        for name in constants.keys() - {"mass", "rotary", "eccentric"}:
             constants[name] = side_by_side(constants[name])
+        constants.setdefault("eccentric", np.zeros((0, 4, 4)))
+        if "coupling" not in constants:
+            constants["coupling"] = zeros((0, constants["l"].shape[1], 8))
         return with_masses(Elements(nodes=self.quads, directors=self.directors.vertices,
                                     **constants), self.attached)
 
     @cached_property
     def recovery(self):
         """Operators of the stress resultants at the centres of all elements, ``Recovery``."""
-        return recovery(self.nodes[self.quads], self.thickness, self.youngs, self.poisson,
-                        membrane=self.membrane, shear=self.shear)
+        return recovery(self.nodes[self.quads], self.law, membrane=self.membrane, shear=self.shear)
+
+    @cached_property
+    def law(self):
+        """Elasticity of all elements, ``constants.Law``."""
+        return self._law(self.sections)
+
+    def _law(self, sections):
+        """``Law`` of all elements with these sections."""
+        return law_of(self.thickness, self.youngs, self.poisson, self.nodes[self.quads], sections,
+                      self.members)
+
+    @cached_property
+    def members(self):
+        """Numbers (n,) of the elements of each section."""
+        return members_of(self.sections, len(self.quads))
+
+    @property
+    def heated(self):
+        """Whether a section has a change of temperature, so that the initial shape has stress."""
+        return self.law.strain is not None
 
     @cached_property
     def mass_properties(self):
@@ -313,7 +380,13 @@ class Model:
         for k, load in enumerate(self.loads):
             if isinstance(load, Pressure):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
-            elif isinstance(load, NodalLoad | NodalMoment):
+            elif isinstance(load, Gravity | Centrifugal):
+                for number, section in enumerate(self.sections):
+                    if section.laminate.arm:
+                        raise InputError(f"load {k}: gravity does not know the moment of sections["
+                                         f"{number}], whose mass is centred "
+                                         f"{section.laminate.arm:g} m above the nodes")
+            else:
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):

@@ -22,15 +22,12 @@ import numpy as np
 
 from ..checks import flag, floats, plain_array, vector
 from ..errors import InputError
-from ..model.constants import apart, local_frames
+from ..model.constants import apart, in_surface, local_frames
 from ..model.model import Model
 from ..signatures import checked
 
 LEVELS = ("top", "middle", "bottom")
 """Heights of the columns of ``Stresses.von_mises``: h/2, 0, -h/2."""
-
-STEEP = 0.02
-"""Sine of the angle (1 degree) to the normal below which a direction gives an element no axis."""
 
 STEP = 1e-30
 """Complex step of the linear measures: exact, as nothing is subtracted."""
@@ -183,7 +180,7 @@ def stresses(model: Model, state: Configuration, axes: Annotated[np.ndarray, _di
     p = floats("state.directors", state.directors, model.normals.shape)
     with np.errstate(all="ignore"):
         if flag("state.linear", state.linear):
-            e, b = (values.imag / STEP for values in measures(
+            e, b = (values.imag / STEP + values.real * model.heated for values in measures(
                 model, 1j * STEP * u, model.normals + 1j * STEP * p))
             u, p = np.zeros_like(u), model.normals
         else:
@@ -219,8 +216,10 @@ def configuration(name, model, given):
 
 def recovered(model, e, b, displacement, directors, axes=None):
     """``Stresses`` of measures e (n_elem, n_s) and b (n_elem, 11); see ``stresses``."""
-    N, M, S = model.recovery
+    N, M, S, C = model.recovery
     n, m, q = (np.einsum("ers,es->er", *of) for of in ((N, e), (M, b), (S, b)))
+    if C is not None:
+        m += np.einsum("ers,es->er", C, e)
     frames = local_frames(_relative(model, displacement))
     if axes is not None:
         along = _seen(model, axes)
@@ -241,6 +240,8 @@ def measures(model, displacement, directors):
     dr = np.einsum("eab,eib->eia", frames[:, :2], directors[elements.directors]) - r0
     w = t[:, :, 2]
     e = np.einsum("eskc,ekc->es", l, t) + 0.5 * np.einsum("eskj,ek,ej->es", Q, w, w)
+    if len(elements.coupling):
+        e += np.einsum("esk,ek->es", apart(elements.coupling, count), dr.reshape(count, 8))
     return e, np.concatenate([w, dr.reshape(count, 8)], axis=1)
 
 
@@ -253,14 +254,13 @@ def _relative(model, displacement):
 def _seen(model, directions):
     """Directions in the initial axes x, y of each element: unit vectors (n_elem, 2)."""
     directions = np.broadcast_to(directions, (len(model.quads), 3))
-    seen = np.einsum("eac,ec->ea", local_frames(model.nodes[model.quads])[:, :2], directions)
-    flat = np.hypot(*seen.T) > STEEP * np.linalg.norm(directions, axis=1)
-    if not flat.all():
-        k = np.argmin(flat)
+    seen, steep = in_surface(model.nodes[model.quads], directions)
+    if steep.any():
+        k = np.argmax(steep)
         raise InputError(f"axes ({', '.join(f'{c:g}' for c in directions[k])}) are no direction in "
                          f"the surface of element {k}: they stand on it or are zero; each element "
                          "may have a direction of its own")
-    return unit(seen)
+    return seen
 
 
 def turned(values, along):

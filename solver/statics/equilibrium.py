@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ..checks import instance
+from ..errors import StepError
 from ..kernels import updates
 from ..kernels.arguments import STATIC
 from ..model.model import Model
@@ -43,13 +44,15 @@ class Equilibrium:
     """
 
     def __init__(self, model, settings, geometric=True, start=None):
-        """``geometric=False`` leaves the geometric stiffness out, a wrong variant; ``start`` is
-        the ``Configuration`` to begin with, with rates, if not that of the model."""
+        """``geometric=False`` leaves the geometric stiffness out, as linear theory does, a wrong
+        variant of any other; ``start`` is the ``Configuration`` to begin with, with rates, if not
+        that of the model."""
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
         self.system = System(model, settings.solver, full_tangent=True)
         self.state = self.system.start(start)
         self.place = self.system.observe(self.state)
+        self._held_back = self.place.observed.strain if model.heated else 0.0
         self.works, self.pivots = [], []
         self._geometric = geometric
         self._predictions = self.system.predictions()
@@ -73,6 +76,26 @@ class Equilibrium:
         except NotConverged:
             self.state.unpack(backup)
             raise
+
+    def warm(self):
+        """Move to the equilibrium of a heated shell without loads; heat that is too much for one
+        step grows from zero.
+
+        Raises:
+            StepError: no convergence even with the smallest step.
+        """
+        reached, goal = 0.0, 1.0
+        while reached < 1.0:
+            self.system.elements = self.system.model.partly_heated(goal)
+            try:
+                self.equilibrate(0.0)
+            except NotConverged as failure:
+                goal = 0.5 * (reached + goal)
+                if goal - reached < 0.5**self.settings.max_divisions:
+                    raise StepError(f"no equilibrium found beyond {reached:.6g} of the changes of "
+                                    f"temperature: {failure}") from None
+                continue
+            reached, goal = goal, min(1.0, goal + 2.0 * (goal - reached))
 
     def _iterate(self, goal):
         mixed, driven = False, self.system.driven
@@ -113,12 +136,13 @@ class Equilibrium:
 
     def converged(self, k, first):
         """Whether the k-th correction is the last, compared with the work ``first``, but not with
-        one far above the strain energy that the first correction overshot to.
+        one far above the strain energy that the first correction overshot to, or that heat had
+        when it was held back.
 
         Raises:
             StepError: rounding ends the iteration before any digit is correct.
         """
-        last, strain = self.works[-1], self.place.observed.strain
+        last, strain = self.works[-1], max(self.place.observed.strain, self._held_back)
         first = min(first, max(self.works[0], strain))
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
             # of a small increment few digits serve

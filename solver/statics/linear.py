@@ -27,6 +27,8 @@ LEAST_GAIN = 0.5
 def solve_linear(model: Model, solver="skyline"):
     """Linear solution K(0) U = F(t = 1) from the initial configuration, K(0) without loads.
 
+    Forces of heat are among F; K(0) is that of the shell without stress.
+
     Bending of a shell of length L and thickness h is lost in its matrix as (L/h)^2 times the
     rounding error.  The strains of the solution lose less, and their forces refine it.
 
@@ -45,7 +47,7 @@ def solve_linear(model: Model, solver="skyline"):
         InputError: the supports leave a rigid motion or a mechanism free.
         StepError: no digit is correct.
     """
-    equilibrium = Equilibrium(model, StaticSettings(solver=solver))
+    equilibrium = Equilibrium(model, StaticSettings(solver=solver), geometric=not model.heated)
     try:
         pushed = equilibrium.system.driven.linear(equilibrium.state, equilibrium.place.start,
                                                   at_factor(1.0))
@@ -79,9 +81,11 @@ def _refine(equilibrium, solution):
 def _residual(equilibrium, solution):
     """Forces at free dofs that strains linear in ``solution`` leave, (n_dof,)."""
     system, state, start = equilibrium.system, equilibrium.state, equilibrium.place.start
-    unstrained = start._replace(b=np.zeros_like(start.b), e=np.zeros_like(start.e))
+    initial = start
+    if not system.model.heated:
+        initial = start._replace(b=np.zeros_like(start.b), e=np.zeros_like(start.e))
     strains = system.predictions()
-    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, unstrained, solution,
+    updates.predict_strains(system.elements, system.dofs.nodes, state.motion, initial, solution,
                             strains)
     # alpha_f = 1: strains, and T, are those of the start of the step
     system.assemble(state, Place(start._replace(b=strains.b, e=strains.e)),

@@ -26,6 +26,10 @@ class Path:
         self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
+        self._heat = 0.0
+        if model.heated:
+            self.equilibrium.assemble(0.0, tangent=False)
+            self._heat = self._sum(self.equilibrium.system.residual.unmasked)
         self.rows = Rows(self.equilibrium.system, self.equilibrium.state, self.equilibrium.place,
                          settings.stresses)
 
@@ -38,15 +42,16 @@ class Path:
             n_steps: how many steps it has room for.
             plan: what is asked for, kept in the file.
         """
-        system = self.equilibrium.system
-        if output is None:
-            self.append(0.0, 0, 0, first_step, 0.0)
-            return
-        description = describe(system.model, self._settings, system.solver.name, **plan)
-        if resume and output.exists():
-            self.rows.resume(output, description)
-        else:
-            self.append(0.0, 0, 0, first_step, 0.0)
+        system, description = self.equilibrium.system, None
+        if output is not None:
+            description = describe(system.model, self._settings, system.solver.name, **plan)
+            if resume and output.exists():
+                self.rows.resume(output, description)
+                return
+        if system.model.heated:
+            self.equilibrium.warm()
+        self.append(0.0, 0, 0, first_step, 0.0)
+        if output is not None:
             self.rows.create(output, description, n_steps, overwrite)
 
     def append(self, factor, iterations, steps, next_step, shown, turned=False):
@@ -97,11 +102,12 @@ class Path:
         return max(0, abs(negative - self.rows.negative_pivots) - turned)
 
     def _check_balance(self, factor):
-        """Warn of an equilibrium that leaves more than little of its forces: of a thin shell under
-        small loads those of the membrane are rounding errors, though its displacements are not."""
+        """Warn of an equilibrium that leaves more than little of its forces, or of those by which
+        heat was held back at first: of a thin shell under small loads those of the membrane are
+        rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        largest = max(applied, unmasked)
+        largest = max(applied, unmasked, self._heat)
         if left > FEW * largest:
             warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
                  "reactions have few digits", AccuracyWarning)

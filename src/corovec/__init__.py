@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         TimeFunction,
         read_time_function,
     )
+    from .solver.model.laminates import Lamina, Laminate, Ply, Section, Strength
     from .solver.model.loads import (
         Centrifugal,
         Drive,
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from .solver.modes.buckling import Buckling, buckling
     from .solver.modes.vibration import Modes, modes
     from .solver.results.frame import data_frame
+    from .solver.results.layers import LayerStresses, layer_stresses
     from .solver.results.reading import read
     from .solver.results.stresses import Configuration, Stresses, stresses
     from .solver.statics.arc_length import arc_length
@@ -86,6 +88,7 @@ _WHERE = {
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
+    "model.laminates": ("Lamina", "Laminate", "Ply", "Section", "Strength"),
     "model.loads": ("Centrifugal", "Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure",
                     "Support",
                     "line_load", "line_moment", "surface_load"),
@@ -94,6 +97,7 @@ _WHERE = {
     "modes.buckling": ("Buckling", "buckling"),
     "modes.vibration": ("Modes", "modes"),
     "results.frame": ("data_frame",),
+    "results.layers": ("LayerStresses", "layer_stresses"),
     "results.reading": ("read",),
     "results.stresses": ("Configuration", "Stresses", "stresses"),
     "statics.arc_length": ("arc_length",),
@@ -106,12 +110,13 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 
 __all__ = [
     "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Damping", "Drift", "Drive",
-    "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError",
-    "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Modes", "Newton", "NodalLoad",
-    "NodalMoment", "PointMass", "Pressure", "Result", "ResultFileError", "ResultFileWarning",
-    "Scheme", "Settings", "Spring", "StabilityWarning", "StaticResult", "StaticSettings",
-    "StepError", "Steps", "StressProbe", "Stresses", "Support", "TimeFunction", "arc_length",
-    "block", "buckling", "cylinder", "data_frame", "drift", "foundation", "join", "line_load",
+    "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError", "Lamina",
+    "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun",
+    "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure", "Result",
+    "ResultFileError", "ResultFileWarning", "Scheme", "Section", "Settings", "Spring",
+    "StabilityWarning", "StaticResult", "StaticSettings", "StepError", "Steps", "Strength",
+    "StressProbe", "Stresses", "Support", "TimeFunction", "arc_length", "block", "buckling",
+    "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
     "line_moment", "load_control", "modes", "orient", "read", "read_model",
     "read_time_function", "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere",
     "sphere_segment", "stresses", "surface_load", "total_energy", "warm_up",

@@ -41,6 +41,9 @@ PLATE = rectangle(2.0, 1.0, (2, 1))
 RUN = Settings(dt=0.1, end_time=0.2)
 PUSH = TimeFunction((0.0, 1.0), (0.0, 1.0))
 UP = (0.0, 0.0, 1e-3)
+METAL = corovec.Lamina.isotropic(1e6, 0.3, 1.0)
+LAYER = corovec.Laminate([corovec.Ply(METAL, 0.1)])
+LAYERED = Model(PLATE.nodes, PLATE.quads, sections=[corovec.Section(LAYER)])
 NAMED = Mesh(PLATE.nodes, PLATE.quads, groups={"all": [0, 1]}, node_sets={"start": [0, 3]},
              lines={"start": [(0, 3)]})
 
@@ -59,7 +62,8 @@ def table(folder):
                  "loads": [NodalLoad(2, UP)], "supports": [CLAMP], "normals": PLATE.normals,
                  "velocity": np.zeros((6, 3)), "normal_velocity": np.zeros((6, 3)),
                  "membrane": "stress", "shear": "mitc4", "fold_angle": 45.0, "patches": [0, 0],
-                 "attached": [corovec.PointMass(0, 1.0)], "damping": corovec.Damping(1.0)},
+                 "attached": [corovec.PointMass(0, 1.0)], "damping": corovec.Damping(1.0),
+                 "sections": ()},
         corovec.PointMass: {"node": 0, "mass": 1.0, "inertia": 0.1},
         corovec.Spring: {"node": 0, "other": 1, "stiffness": 1.0, "length": 1.0},
         corovec.GroundSpring: {"node": 0, "stiffness": (1.0, 1.0, 1.0), "turning": 1.0},
@@ -70,6 +74,17 @@ def table(folder):
                          "history": PUSH, "turning": PUSH},
         corovec.StressProbe: {"at": 0, "axes": (1.0, 0.0, 0.0)},
         corovec.EnergyProbe: {"elements": [0, 1]},
+        corovec.Strength: dict.fromkeys(("Xt", "Xc", "Yt", "Yc", "S"), 1.0),
+        corovec.Lamina: {"E1": 2.0, "E2": 1.0, "nu12": 0.2, "G12": 1.0, "G13": 1.0, "G23": 1.0,
+                         "density": 1.0, "alpha1": 0.0, "alpha2": 0.0, "strength": None},
+        corovec.Lamina.isotropic: {"youngs": 1e6, "poisson": 0.3, "density": 1.0, "alpha": 0.0,
+                                   "strength": None},
+        corovec.Ply: {"lamina": METAL, "thickness": 0.1, "angle": 0.0},
+        corovec.Laminate: {"plies": [corovec.Ply(METAL, 0.1)], "offset": 0.0},
+        corovec.Section: {"laminate": LAYER, "elements": [0, 1], "direction": (1.0, 0.0, 0.0),
+                          "temperature": 1e-3, "gradient": 1e-3},
+        corovec.layer_stresses: {"model": LAYERED, "section": 0, "state": corovec.Configuration(
+            np.zeros((6, 3)), PLATE.normals)},
         Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3, "max_iterations": 20},
         Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal"},
         Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
@@ -124,7 +139,7 @@ def table(folder):
         NAMED.line: {"start": (0.0, 0.0, 0.0), "end": (2.0, 0.0, 0.0)},
         NAMED.chain: {"name": "start"},
         NAMED.per_element: {"values": {"all": 0.1}, "default": 1.0},
-        Model.of: {"mesh": NAMED, **MATERIAL},
+        Model.of: {"mesh": NAMED, **MATERIAL, "sections": ()},
         corovec.block: {"corners": CORNERS, "divisions": (2, 2)},
         corovec.cylinder: {"radius": 1.0, "length": 1.0, "divisions": (9, 2), "angle": 360.0},
         corovec.sphere: {"radius": 1.0, "divisions": 3},
@@ -154,6 +169,9 @@ def used(made):
         solve_linear(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[made]))
     elif isinstance(made, FunctionOfTime):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP, made)]), RUN)
+    elif isinstance(made, corovec.Section):
+        solve_linear(Model(PLATE.nodes, PLATE.quads, 0.1, 1e6, 0.3, 1.0, sections=[made],
+                           supports=[CLAMP]))
     elif isinstance(made, Settings) and made.n_steps < 10:
         simulate(PLATE, made)
 

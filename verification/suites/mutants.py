@@ -14,6 +14,11 @@ ELEMENT = (
            'membrane: str = "stress"', 'membrane: str = "strain"', ("aspect-ratio",)),
     Mutant("shear correction 1 instead of 5/6", "model/constants.py",
            "SHEAR_CORRECTION = 5.0 / 6.0", "SHEAR_CORRECTION = 1.0", ("thick-beam",)),
+    Mutant("coupled measures without their couples", "kernels/element.py",
+           "g[k // 2, k % 2] += coupling[s, k] * e[s]", "g[k // 2, k % 2] += 0.0 * e[s]",
+           ("section-derivatives",)),
+    Mutant("a coupling that is not taken out of the bending", "model/laminates.py",
+           "bending = D - B @ coupling", "bending = D", ("section-states",)),
     Mutant("lumped mass", "model/constants.py", "    return mass * (density * thickness)",
            "    mass = np.eye(4) * mass.sum(axis=2)[:, :, None]\n"
            "    return mass * (density * thickness)", ("rigid-body",)),
