@@ -5,7 +5,7 @@ Units are those of each problem; densities are 1.
 
 import numpy as np
 
-from corovec import Model, NodalLoad, Support, solve_linear
+from corovec import Model, NodalLoad, Support, solve_linear, surface_load
 
 from .geometry import cylinder, hemisphere_quarter, surface
 
@@ -95,3 +95,14 @@ def roof(n, thickness):
                 Support(mesh.where(angle == 0.0), SYMMETRY["y"]),
                 Support(mesh.where(angle == 0.1), ("x", "y", "z"))]
     return plate(mesh, thickness, 3102.75, 0.3, [NodalLoad(0, (0.0, 0.0, -750.0))], supports)
+
+
+def roof_under_weight(n, thickness=0.25, **options):
+    """A quarter of the Scordelis-Lo roof, n x n elements, angle from the crown first."""
+    mesh = cylinder(25.0, (0.0, np.radians(40.0)), (0.0, 25.0), (n, n))
+    angle, x = mesh.parameters.T
+    supports = [Support(mesh.where(x == 25.0), ("y", "z")),
+                Support(mesh.where(x == 0.0), SYMMETRY["x"]),
+                Support(mesh.where(angle == 0.0), SYMMETRY["y"])]
+    loads = surface_load(mesh.nodes, mesh.quads, (0.0, 0.0, -90.0))
+    return plate(mesh, thickness, 4.32e8, 0.0, loads, supports, **options)

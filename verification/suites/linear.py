@@ -11,7 +11,7 @@ import numpy as np
 from corovec import Model, NodalLoad, Support, line_load, solve_linear, surface_load
 
 from ..case import Case, Row, at_least
-from ..geometry import cylinder, surface
+from ..geometry import surface
 from ..literature import HEMISPHERE, MACNEAL, MITC4_HEMISPHERE, OTHER, compare
 from ..shells import (
     CLAMPED,
@@ -19,6 +19,7 @@ from ..shells import (
     eighth_cylinder,
     linear_hemisphere,
     plate,
+    roof_under_weight,
     twisted_strip,
 )
 
@@ -201,17 +202,6 @@ def run_skew_plate():
 
 
 # ------------------------------------------------------------------ shells
-
-def roof_under_weight(n, thickness=0.25, **options):
-    """A quarter of the Scordelis-Lo roof, n x n elements, angle from the crown first."""
-    mesh = cylinder(25.0, (0.0, np.radians(40.0)), (0.0, 25.0), (n, n))
-    angle, x = mesh.parameters.T
-    supports = [Support(mesh.where(x == 25.0), ("y", "z")),
-                Support(mesh.where(x == 0.0), SYMMETRY["x"]),
-                Support(mesh.where(angle == 0.0), SYMMETRY["y"])]
-    loads = surface_load(mesh.nodes, mesh.quads, (0.0, 0.0, -90.0))
-    return plate(mesh, thickness, 4.32e8, 0.0, loads, supports, **options)
-
 
 def scordelis_lo(n, thickness=0.25, **options):
     """Vertical displacement down at the middle of the free edge."""

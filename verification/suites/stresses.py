@@ -7,8 +7,7 @@ from corovec import NodalLoad, Support, solve_linear, stresses
 from ..case import Case, Row, at_least
 from ..geometry import surface
 from ..literature import MACNEAL
-from ..shells import plate
-from .linear import roof_under_weight
+from ..shells import plate, roof_under_weight
 
 OUTER = 4.0
 """Radius at which the plate is cut, in radii of its hole."""
