@@ -1,7 +1,10 @@
 """What several tests use: systems with a chosen solver, their matrices, and the command line."""
 
+import io
 import subprocess
 import sys
+import warnings
+from contextlib import redirect_stderr, redirect_stdout
 from itertools import product
 from pathlib import Path
 from warnings import catch_warnings, simplefilter
@@ -10,6 +13,7 @@ import h5py
 import numpy as np
 
 from corovec import ResultFileWarning, read
+from corovec.solver.cli import main
 from corovec.solver.kernels.arguments import STATIC
 from corovec.solver.system.linear import SuperLU
 from corovec.solver.system.system import System
@@ -106,6 +110,21 @@ def corovec(*arguments, **options):
     """Run the installed command; text of both streams and the exit status."""
     return subprocess.run([COMMAND, *arguments], text=True, capture_output=True, check=False,
                           **options)
+
+
+def in_process(*arguments):
+    """The same without a process of its own: for what ends before anything is computed."""
+    streams, argv, shown = (io.StringIO(), io.StringIO()), sys.argv, warnings.formatwarning
+    sys.argv = ["corovec", *arguments]
+    try:
+        with redirect_stdout(streams[0]), redirect_stderr(streams[1]):
+            main()
+        status = 0
+    except SystemExit as ended:
+        status = ended.code or 0
+    finally:
+        sys.argv, warnings.formatwarning = argv, shown
+    return subprocess.CompletedProcess(arguments, status, *(s.getvalue() for s in streams))
 
 
 def vtk_frames(path, times):

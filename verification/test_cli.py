@@ -20,7 +20,7 @@ from corovec.solver.input.files import read_model
 from corovec.verification import cli
 from corovec.verification.case import Case, small
 from corovec.verification.cli import verify
-from corovec.verification.helpers import COMMAND, corovec
+from corovec.verification.helpers import COMMAND, corovec, in_process
 
 QUICK = ("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time", "1.2")
 
@@ -248,14 +248,19 @@ def test_resume_of_a_finished_run_computes_nothing(tmp_path):
 ])
 def test_wrong_usage_is_status_2_and_says_why(arguments, message):
     """Nothing has been said or computed before."""
-    done = corovec(*arguments)
+    done = in_process(*arguments)
     assert done.returncode == 2 and done.stdout == ""
     assert message in done.stderr and done.stderr.count("\n") == 1
 
 
+def test_wrong_usage_of_the_installed_command():
+    done = corovec("run", "l-plate", "--dt", "0")
+    assert done.returncode == 2 and done.stdout == "" and "--dt must be" in done.stderr
+
+
 @pytest.mark.parametrize("command", ["", "run", "info", "list", "converge", "verify", "time"])
 def test_help_has_examples(command):
-    done = corovec(*command.split(), "--help")
+    done = in_process(*command.split(), "--help")
     assert done.returncode == 0 and "Example" in done.stdout and "corovec" in done.stdout
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corovec.verification.helpers import corovec
+from corovec.verification.helpers import in_process
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -39,14 +39,14 @@ def test_commands_exist():
                        for page in (ROOT / "docs").rglob("*.md"))]
     text = "\n".join(block for page in pages for block in blocks("", page))
     shown = re.findall(r"^corovec (\w+)(.*)$", text, flags=re.MULTILINE)
-    listed = re.findall(r"^  (\w+)  ", corovec("--help").stdout.split("Commands:")[1],
+    listed = re.findall(r"^  (\w+)  ", in_process("--help").stdout.split("Commands:")[1],
                         flags=re.MULTILINE)
     assert {name for name, _ in shown} == set(listed)
     options = {}
     for name, rest in shown:
         options.setdefault(name, set()).update(re.findall(r"--[a-z-]+", rest))
     for name, used in options.items():
-        text = corovec(name, "--help").stdout
+        text = in_process(name, "--help").stdout
         assert all(option in text for option in used), name
 
 
