@@ -29,7 +29,7 @@ from corovec.solver.input import reference
 from corovec.solver.input.acting import KINDS
 from corovec.solver.input.files import read_model
 from corovec.solver.input.running import ReadySteps
-from corovec.verification.helpers import corovec
+from corovec.verification.helpers import corovec, in_process
 
 SHELL = """
 name = "shell"
@@ -71,11 +71,11 @@ def test_the_reference_has_every_key(kind):
 
 
 def test_reference_and_schema_are_printed():
-    text = corovec("schema").stdout
+    text = in_process("schema").stdout
     assert "[[loads]]: A force, a moment, a pressure, a weight or a spin" in text
     assert re.search(r"gravity +acceleration of everything that has mass \[m/s\^2\]\n +example: "
                      r"\[0.0, 0.0, -9.81\]", text)
-    schema = json.loads(corovec("schema", "--json").stdout)
+    schema = json.loads(in_process("schema", "--json").stdout)
     thickness = schema["$defs"]["Group"]["properties"]["thickness"]
     assert "number" in json.dumps(thickness) and "$ref" in json.dumps(thickness)
 
@@ -83,8 +83,8 @@ def test_reference_and_schema_are_printed():
 def test_the_file_to_start_from_runs(tmp_path):
     """Checked, drawn and run; a file that is there stays."""
     path, output = tmp_path / "my.toml", tmp_path / "my.h5"
-    assert corovec("new", str(path)).returncode == 0
-    assert "exists; --overwrite replaces it" in corovec("new", str(path)).stderr
+    assert in_process("new", str(path)).returncode == 0
+    assert "exists; --overwrite replaces it" in in_process("new", str(path)).stderr
     assert f"corovec run {path.name} --output" in path.read_text()
     checked = json.loads(corovec("check", str(path), "--output", str(tmp_path / "a.svg"),
                                  "--json").stdout)
@@ -330,9 +330,9 @@ dt = 1e-3
 end_time = 0.01
 loads = ["hit"]
 """)
-    said = corovec("run", str(path), "--rho-inf", "2", "--output", str(output)).stderr
+    said = in_process("run", str(path), "--rho-inf", "2", "--output", str(output)).stderr
     assert "--rho-inf" in said and not list(tmp_path.glob("*.h5"))
-    assert "loads[1].history: " in corovec("run", str(path)).stderr
+    assert "loads[1].history: " in in_process("run", str(path)).stderr
 
 
 def test_a_copy_with_other_values_forgets_what_was_cached(made):
