@@ -29,6 +29,9 @@ as early.  Axes that follow the node do not multiply them at all.
 EARLIEST = 0.4
 """Size of the dependent component now that a chart chosen ahead must have: a step may turn far."""
 
+OBLIQUE = 3
+"""What stands for the number of a kept axis that is no global one."""
+
 
 @kernel
 def normal(n, m, triad, p):
@@ -75,27 +78,50 @@ def empty(triad):
 
 
 @kernel
-def choose_triad(v, ahead, old, fixed_component, follow, triad):
+def kept_component(kept):
+    """Number of the global axis that ``kept`` (3,) is; ``OBLIQUE`` for another, -1 for zero."""
+    if kept[0] == 0.0 and kept[1] == 0.0 and kept[2] == 0.0:
+        return -1
+    for c in range(3):
+        if kept[c] == 1.0:
+            return c
+    return OBLIQUE
+
+
+@kernel
+def choose_triad(v, ahead, old, kept, follow, triad):
     """Fill ``triad`` for a unit vector ``v`` that moves to ``ahead``; False if it is ``old``.
 
     Axes that ``follow`` the node, where there are any before and they suit ``v``: t_3 along
-    ``ahead``, t_1 as near to the old one as it can be.  Else global ones.  A global axis
-    ``fixed_component`` whose component a support fixes stays t_1 (-1: none).
+    ``ahead``, t_1 as near to the old one as it can be.  Else global ones.  A unit vector ``kept``,
+    along which a support fixes the component, stays t_1 (zero: none); where it is no global axis,
+    the others always follow.
     """
-    if not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0):
-        return _choose_global(v, ahead, old, fixed_component, triad)
-    if fixed_component >= 0:
-        share = ahead[fixed_component]
+    component = kept_component(kept)
+    if component == OBLIQUE or (follow and not empty(old)):
+        if _choose_nodal(v, ahead, old, kept, component >= 0, triad):
+            return True
+        if component == OBLIQUE:
+            return _choose_nodal(v, v, old, kept, True, triad)
+        ahead = v
+    return _choose_global(v, ahead, old, component, triad)
+
+
+@internal
+def _choose_nodal(v, ahead, old, kept, held, triad):
+    """Axes that follow the node; False where they do not suit ``v``."""
+    if held:
+        share = dot(ahead, kept)
         for c in range(3):
-            triad[0, c] = 1.0 if c == fixed_component else 0.0
-            triad[2, c] = ahead[c] - share * triad[0, c]
+            triad[0, c] = kept[c]
+            triad[2, c] = ahead[c] - share * kept[c]
     else:
         for c in range(3):
             triad[2, c] = ahead[c]
     size = math.sqrt(dot(triad[2], triad[2]))
     for c in range(3):
         triad[2, c] /= size
-    if fixed_component < 0:
+    if not held:
         share = dot(old[0], triad[2])
         for c in range(3):
             triad[0, c] = old[0, c] - share * triad[2, c]
@@ -105,7 +131,7 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
     if size > 0.1 and dot(v, triad[2]) > EARLIEST:
         cross(triad[2], triad[0], triad[1])
         return True
-    return _choose_global(v, v, old, fixed_component, triad)
+    return False
 
 
 @internal

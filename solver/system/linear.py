@@ -216,6 +216,31 @@ class UnsymmetricLU:
         return self._factor.solve(rhs)
 
 
+class Constrained:
+    """SuperLU of ``T^T K T``, for solutions in the range of T: ``x = T (T^T K T)^-1 T^T r``."""
+
+    def __init__(self, solver, T):
+        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``T``: see
+        ``constraints``."""
+        self.name = f"{solver.name}, constrained"
+        self._solver, self._T, self._factor = solver, T, None
+        self.storages, self.storage = solver.storages, solver.storage
+        self.values, self.skew = solver.values, solver.skew
+
+    def matrix(self):
+        """The assembled matrix, of all unknowns."""
+        return self._solver.matrix()
+
+    def factor(self):
+        """Factorize the matrix, see the module."""
+        self._factor = _superlu((self._T.T @ self.matrix() @ self._T).tocsc())
+        return None if self.skew.size else _negative_pivots(self._factor)
+
+    def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
+        return self._T @ self._factor.solve(self._T.T @ rhs)
+
+
 def make_solver(name, numbering):
     """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks the fastest: the
     skyline where its rows are short beside the longest, else banded Cholesky, and SuperLU for the
