@@ -308,7 +308,7 @@ class Model:
         for support in self.supports:
             columns = [COMPONENTS.index(component) for component in support.components]
             mask[np.ix_(list(support.nodes), columns)] = True
-        for node, (displacement, normal) in self.oblique.items():
+        for node, (displacement, normal) in self._held.items():
             mask[node, :3] = _along_axes(displacement)
             mask[node, 3:] = _along_axes(normal) | (len(normal) > 1)
         return mask
@@ -316,8 +316,15 @@ class Model:
     @cached_property
     def oblique(self):
         """``{node: (of its displacement (k, 3), of its normal (l, 3))}``: orthonormal directions
-        that supports hold, where one has axes of its own, and of all nodes on the edges of a
-        sector, where what is held on one edge is held on both."""
+        that supports hold, where one has axes of its own and leaves something free, and of all
+        nodes on the edges of a sector, where what is held on one edge is held on both."""
+        edges = {*self.pairs.masters, *self.pairs.slaves} if self.pairs else ()
+        return {node: held for node, held in self._held.items()
+                if node in edges or len(held[0]) < 3 or len(held[1]) < 2}
+
+    @cached_property
+    def _held(self):
+        """The same with the clamped nodes."""
         edges = [*self.pairs.masters, *self.pairs.slaves] if self.pairs else []
         nodes = {node for support in self.supports if not _global(support)
                  for node in support.nodes}.union(edges)

@@ -233,8 +233,12 @@ class Constrained:
 
     def factor(self):
         """Factorize the matrix, see the module."""
-        self._factor = _superlu((self._T.T @ self.matrix() @ self._T).tocsc())
-        return None if self.skew.size else _negative_pivots(self._factor)
+        reduced = (self._T.T @ self.matrix() @ self._T).tocsc()
+        if self.skew.size:
+            self._factor = _superlu(reduced)
+            return None
+        self._factor, negative = diagonal_lu(reduced)
+        return negative
 
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
