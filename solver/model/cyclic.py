@@ -81,14 +81,13 @@ class Pairs(NamedTuple):
         off = np.abs(values[other] - values[one] @ self.rotation.T).max()
         return off > ALIKE * (1.0 + np.abs(values).max())
 
-    def joined(self, normals):
-        """Unit vectors along ``normals`` (n_directors, 3), at the edges along the sums of both,
-        ``R^T p_s + p_m``."""
-        one, other = self.directors
-        total = np.array(normals)
-        total[one] += normals[other] @ self.rotation
+    def summed(self, values, of=None):
+        """The same vectors with sums of both edges on each, ``v_m + R^T v_s`` and that turned."""
+        one, other = (self.masters, self.slaves) if of is None else of
+        total = np.array(values)
+        total[one] += values[other] @ self.rotation
         total[other] = total[one] @ self.rotation.T
-        return total / np.linalg.norm(total, axis=1, keepdims=True)
+        return total
 
 
 def find_pairs(cyclic, nodes, quads, directors, limit):

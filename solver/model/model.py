@@ -220,15 +220,18 @@ class Model:
             one, two = normals[found.first[i]:found.first[i] + 2]
             if np.linalg.norm(np.cross(one, two)) < LEAST_SPREAD:
                 raise InputError(f"normals: the plates that meet at node {i} are given the same")
-        normals = self.pairs.joined(normals) if self.pairs else normals / length[:, None]
-        return found._replace(normals=floats("normals", normals, normals.shape))
+        if self.pairs:
+            normals = self.pairs.summed(normals, self.pairs.directors)
+            length = np.linalg.norm(normals, axis=1)
+        return found._replace(normals=floats("normals", normals / length[:, None], normals.shape))
 
     def _joined(self, found):
         """The directors ``found`` of a sector, with its neighbours' elements in the means."""
         _set(self, pairs=find_pairs(self.cyclic, self.nodes, self.quads, found, self.fold_angle))
         total = np.zeros(found.normals.shape)
         np.add.at(total, found.vertices, vertex_normals(self.nodes, self.quads))
-        return found._replace(normals=self.pairs.joined(total))
+        total = self.pairs.summed(total, self.pairs.directors)
+        return found._replace(normals=total / np.linalg.norm(total, axis=1, keepdims=True))
 
     def _nodal(self, found):
         """The normals given, those at vertices as means at the directors ``found``."""
