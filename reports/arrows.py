@@ -181,8 +181,8 @@ def of_supports(model):
     for support in model.supports:
         if support.displacement:
             at = model.nodes[list(support.nodes)]
-            along = [component in support.components for component in "xyz"]
-            vector = support.displacement * peak(support.history) * np.array(along, dtype=float)
+            along = [component in support.components for component in "xyz"] @ support.directions
+            vector = support.displacement * peak(support.history) * along
             yield Drawn("", at, np.tile(vector, (len(at), 1)), "m")
 
 

@@ -342,8 +342,8 @@ def _normals(corners, taken):
 
 
 def _held(model):
-    """``Marks`` of the nodes that supports hold, by the components held."""
-    if not getattr(model, "supports", ()):
+    """``Marks`` of the nodes that supports hold, by what is held, and of the edges of a sector."""
+    if not (getattr(model, "supports", ()) or getattr(model, "cyclic", None)):
         return []
     kinds, number = np.unique(model.fixed, axis=0, return_inverse=True)
     others, found = iter(OTHERS * len(kinds)), []
@@ -352,6 +352,11 @@ def _held(model):
         if held:
             found.append(Marks(np.flatnonzero(number.ravel() == k),
                                HELD.get(held) or ", ".join(held), MARKS.get(held) or next(others)))
+    edges = np.concatenate(model.pairs[1:3]) if model.pairs else []
+    oblique = [i for i, held in model.oblique.items() if sum(map(len, held)) and i not in edges]
+    for nodes, words in ((oblique, "held obliquely"), (edges, "edges of the sector")):
+        if len(nodes):
+            found.append(Marks(np.array(nodes), words, next(others)))
     return found
 
 

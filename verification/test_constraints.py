@@ -43,6 +43,7 @@ EXACT = Settings(dt=2e-3, end_time=0.1, newton=Newton(tolerance=1e-20))
 """Iterations end at rounding errors, so that two models can be compared."""
 
 PULSE = TimeFunction((0.0, 0.02, 0.04), (0.0, 1.0, 0.0))
+STEADY = TimeFunction((0.0, 1.0), (0.0, 1.0))
 
 
 def nodes_at(model, **place):
@@ -62,7 +63,7 @@ def turned(model, Q, motion=0.0):
                    supports=supports, velocity=model.velocity @ Q.T)
 
 
-def rolling_plate(history=TimeFunction((0.0, 1.0), (0.0, 1.0))):
+def rolling_plate(history=STEADY):
     """A plate on two symmetry planes, clamped where they meet, with a corner that is pulled and
     twisted, and another one on a roller."""
     plate = rectangle(2.0, 1.0, (6, 3))
@@ -118,9 +119,10 @@ def test_roller_on_an_inclined_plane():
     plane = np.array([np.sin(angle), 0.0, np.cos(angle)])
     strip = rectangle(2.0, 0.2, (8, 1))
     ends = nodes_at(strip, x=0.0), nodes_at(strip, x=2.0)
-    strip = replace(strip, loads=[NodalLoad(node, (0.0, 0.0, -force)) for node in ends[1]], supports=[
-        Support(ends[0], ("x", "y", "px")),
-        Support(ends[1], ("x",), axes=(plane, (0.0, 1.0, 0.0), np.cross(plane, (0.0, 1.0, 0.0))))])
+    axes = plane, (0.0, 1.0, 0.0), np.cross(plane, (0.0, 1.0, 0.0))
+    strip = replace(strip, loads=[NodalLoad(node, (0.0, 0.0, -force)) for node in ends[1]],
+                    supports=[Support(ends[0], ("x", "y", "px")),
+                              Support(ends[1], ("x",), axes=axes)])
     path = load_control(strip, [1.0])
     on_plane = path.reactions[-1][ends[1]]
     assert np.abs(on_plane - 1.0 / np.cos(angle) * force * plane).max() < 1e-9
@@ -137,21 +139,18 @@ def test_prescribed_along_an_oblique_axis():
     rise = TimeFunction((0.0, 0.1), (0.0, 1.0))
     plate = rectangle(2.0, 1.0, (6, 3))
     edges = nodes_at(plate, x=0.0), nodes_at(plate, x=2.0)
-    plate = replace(plate, supports=[
-        Support(edges[0], CLAMPED), Support(edges[1], ("z",), 0.3, rise), Support(edges[1], ("y",))])
+    plate = replace(plate, supports=[Support(edges[0], CLAMPED), Support(edges[1], ("y",)),
+                                     Support(edges[1], ("z",), 0.3, rise)])
     other = turned(plate, ANY)
     one, two = (load_control(model, [0.05, 0.1], StaticSettings(tolerance=1e-20))
                 for model in (plate, other))
     assert np.allclose(one.displacement[-1, edges[1], 2], 0.3)
     assert np.abs(two.displacement[-1] - one.displacement[-1] @ ANY.T).max() < 1e-10
     assert np.allclose(two.reactions[-1], one.reactions[-1] @ ANY.T, atol=1e-6)
-    flat = turned(plate, ABOUT_Z)  # the displacement is along z there, the roller oblique
-    tilted = turned(replace(plate, supports=[plate.supports[0], Support(edges[1], ("y",), 0.02, rise),
-                                             Support(edges[1], ("z",))]), ABOUT_Z)
-    for model, aligned in ((flat, plate), (tilted, replace(plate, supports=[
-            plate.supports[0], Support(edges[1], ("y",), 0.02, rise),
-            Support(edges[1], ("z",))]))):
-        one, two = (simulate(m, EXACT) for m in (aligned, model))
+    aside = replace(plate, supports=[plate.supports[0], Support(edges[1], ("z",)),
+                                     Support(edges[1], ("y",), 0.02, rise)])
+    for model in (plate, aside):
+        one, two = (simulate(m, EXACT) for m in (model, turned(model, ABOUT_Z)))
         assert np.abs(two.displacement - one.displacement @ ABOUT_Z.T).max() < 1e-10
         assert np.allclose(two.history["support_work"], one.history["support_work"], rtol=1e-9)
         assert two.history["support_work"][-1] > 0.0
@@ -219,7 +218,6 @@ def test_symmetry_plane_through_a_fold(Q):
 
 
 MATERIAL = {"thickness": 0.02, "youngs": 1e7, "poisson": 0.3, "density": 1000.0}
-STEADY = TimeFunction((0.0, 1.0), (0.0, 1.0))
 
 
 def annulus(mesh):
@@ -229,7 +227,7 @@ def annulus(mesh):
 
 
 def tub(mesh):
-    """A mesh of a cylinder of height 1 with its upper half made a flat flange: a fold goes round."""
+    """A mesh of a cylinder of height 1, its upper half made a flat flange: a fold goes round."""
     arms = mesh.nodes * (1.0, 1.0, 0.0)
     above = np.maximum(mesh.nodes[:, 2:] - 0.5, 0.0)
     return replace(mesh, nodes=arms * (1.0 + above) + (0.0, 0.0, 1.0) * (
@@ -329,7 +327,8 @@ def test_sector_that_flies_and_spins():
     def flying(n, angle, **options):
         model = Model.of(MESHES["cylinder"](n, angle), **MATERIAL, **options)
         v, rate = rigid_velocity(model, (0.0, 0.0, 0.5), (0.0, 0.0, 10.0))
-        return replace(model, velocity=v, normal_velocity=rate, loads=[Pressure(500.0, None, PULSE)])
+        return replace(model, velocity=v, normal_velocity=rate,
+                       loads=[Pressure(500.0, None, PULSE)])
 
     whole, sector = flying(24, 360.0), flying(2, 30.0, cyclic=Cyclic(12))
     same = [int(np.argmin(np.linalg.norm(whole.nodes - x, axis=1))) for x in sector.nodes]
@@ -360,8 +359,8 @@ def test_buckling_and_arc_length_on_oblique_supports():
     """A column between oblique rollers has the critical load of the one along the axes."""
     strip = rectangle(2.0, 0.1, (12, 1))
     ends = nodes_at(strip, x=0.0), nodes_at(strip, x=2.0)
-    strip = replace(strip, loads=[NodalLoad(node, (-1.0, 0.0, 1e-4)) for node in ends[1]], supports=[
-        Support(ends[0], CLAMPED), Support(ends[1], ("y",))])
+    strip = replace(strip, supports=[Support(ends[0], CLAMPED), Support(ends[1], ("y",))],
+                    loads=[NodalLoad(node, (-1.0, 0.0, 1e-4)) for node in ends[1]])
     other = turned(strip, ANY)
     one, two = buckling(strip), buckling(other)
     assert np.allclose(two.factors, one.factors, rtol=1e-9)
@@ -451,8 +450,7 @@ def test_unlike_edges_of_a_sector():
     with pytest.raises(InputError, match="edges differs at nodes"):
         replace(model, nodes=nodes, normals=None, cyclic=Cyclic(4))
     sector = sector_of("dome", loads=[Pressure(1.0)])
-    with pytest.raises(InputError, match="2 rigid motions of the shell free, translation along z and "
-                                         "rotation about an axis along z"):
+    with pytest.raises(InputError, match="translation along z and rotation about an axis along z"):
         load_control(sector, [1.0])
     held = replace(sector, supports=[Support((0, 1), CLAMPED), Support((12,), ("z",), 0.1)])
     with pytest.raises(InputError, match="differently on the two edges"):

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BeforeValidator, field_validator, model_validator
 
+from ..model.cyclic import Cyclic
 from ..model.histories import (
     CONSTANT,
     Expression,
@@ -30,6 +31,7 @@ from ..model.mesh import node_at
 from ..model.model import rigid_velocity
 from .values import (
     Beside,
+    Count,
     Line,
     Name,
     Number,
@@ -271,6 +273,8 @@ class Held(Strict):
     Attributes:
         fix: ``clamped``, ``pinned``, ``symmetry x`` (y, z), or a list of the components x, y, z of
             the displacement and px, py, pz of the normal.
+        axes: three orthogonal vectors that these x, y, z are along, of any length; the global ones
+            without it.
         at: the node at a point [m].
         line: the mesh line between two points [m].
         nodes: a set of nodes or a line of the mesh, by name.
@@ -281,6 +285,7 @@ class Held(Strict):
     """
 
     fix: str | list[str]
+    axes: tuple[Point, Point, Point] | None = None
     at: in_unit("m", Point) | None = None
     line: in_unit("m", Line) | None = None
     nodes: Name | None = None
@@ -320,7 +325,32 @@ class Held(Strict):
             nodes = mesh.node_sets[self.nodes]
         components = HELD[self.fix] if isinstance(self.fix, str) else self.fix
         return Support(np.asarray(nodes).tolist(), components,
-                       self.displacement.value if self.displacement else 0.0, function)
+                       self.displacement.value if self.displacement else 0.0, function,
+                       self.axes)
+
+
+class Sector(Strict):
+    """The shell is one of equal sectors about an axis, whose edges move alike but for a turn.
+
+    Attributes:
+        sectors: how many there are.
+        axis: a vector along it.
+        about: a point on it [m]; the origin without one.
+    """
+
+    sectors: Count
+    axis: Point = (0.0, 0.0, 1.0)
+    about: in_unit("m", Point) | None = None
+
+    @model_validator(mode="after")
+    def _possible(self):
+        self.made()
+        return self
+
+    def made(self):
+        """``Cyclic``."""
+        about = self.about.value if self.about else (0.0, 0.0, 0.0)
+        return Cyclic(self.sectors, self.axis, about)
 
 
 class RigidMotion(Strict):
@@ -329,7 +359,7 @@ class RigidMotion(Strict):
     Attributes:
         velocity: of the point ``about`` [m/s].
         spin: [rad/s].
-        about: a point [m]; the mass centre without one.
+        about: a point [m]; without one the mass centre, of a sector a point on the axis.
     """
 
     velocity: in_unit("m/s", Point) | None = None
@@ -340,4 +370,5 @@ class RigidMotion(Strict):
         """``velocity`` and ``normal_velocity`` of a ``Model``."""
         v, omega = (given.value if given else (0.0, 0.0, 0.0)
                     for given in (self.velocity, self.spin))
-        return rigid_velocity(model, v, omega, self.about.value if self.about else model.centre)
+        centre = model.cyclic.about if model.cyclic else model.centre
+        return rigid_velocity(model, v, omega, self.about.value if self.about else centre)

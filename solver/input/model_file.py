@@ -15,7 +15,7 @@ from ..model.mesh import MOST_ELEMENTS, node_at
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
-from .acting import Held, History, Load, RigidMotion
+from .acting import Held, History, Load, RigidMotion, Sector
 from .geometry import Geometry, Refinement
 from .values import (
     Count,
@@ -202,6 +202,7 @@ class ModelFile(Strict):
         histories: functions of time, by name.
         loads: what acts.
         supports: what is held.
+        cyclic: the shell is one sector of many.
         motion: how the shell moves at the start.
         steps: one static, one dynamic, or a dynamic one that starts from the equilibrium of a
             static one; a dynamic one by the defaults without any.
@@ -221,6 +222,7 @@ class ModelFile(Strict):
     histories: dict[Name, History] = {}
     loads: list[Load] = []
     supports: list[Held] = []
+    cyclic: Sector | None = None
     motion: RigidMotion | None = None
     steps: list[Annotated[Static | Dynamic, Field(discriminator="kind")]] = []
     points: dict[Probe, in_unit("m", Point)] = {}
@@ -410,7 +412,8 @@ class ModelFile(Strict):
         values = {name: self._values(mesh, name) for name in PROPERTIES}
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=[held.made(mesh, functions[held.history])
-                                   for held in self.supports], **values, **options)
+                                   for held in self.supports],
+                         cyclic=self.cyclic and self.cyclic.made(), **values, **options)
         if self.motion is None:
             return shell
         velocity, normal_velocity = self.motion.rates(shell)

@@ -20,7 +20,7 @@ TITLES = {"Parameters": "[parameters]", "Group": "[groups.NAME]", "Geometry": "[
           "Block": "[[geometry.blocks]]", "Sphere": "[geometry.sphere]",
           "Cylinder": "[geometry.cylinder]", "Refinement": "[[meshes]]", "Defaults": "[defaults]",
           "History": "[histories.NAME]", "Load": "[[loads]]", "Held": "[[supports]]",
-          "Where": "where of [[supports]]", "RigidMotion": "[motion]",
+          "Where": "where of [[supports]]", "Sector": "[cyclic]", "RigidMotion": "[motion]",
           "Static": "[[steps]], static", "Dynamic": "[[steps]], dynamic", "Output": "[output]",
           "Paper": "[paper]", "ModelFile": "the file"}
 """What the tables are called in a file."""

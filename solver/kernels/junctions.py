@@ -142,9 +142,9 @@ def choose_junction_triad(e, ahead, old, kept, follow, triad):
     ``ahead`` (rows e_x, e_y, e_z).
 
     Following axes are (e_x, e_z, e_y) ahead; a junction that turns about an axis ``kept`` only has
-    no others, so that n and k are constant, e_x being that axis.  Global axes: t_3 by e_y as above, and t_1 of the two
-    others the one with the smaller component of e_z (ahead, with hysteresis); t_2 is signed so that
-    e_z points along it.
+    no others, so that n and k are constant, e_x being that axis.  Global axes: t_3 by e_y as above,
+    and t_1 of the two others the one with the smaller component of e_z (ahead, with hysteresis);
+    t_2 is signed so that e_z points along it.
     """
     held = kept_component(kept) >= 0
     if held or (follow and not empty(old)):

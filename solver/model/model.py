@@ -357,7 +357,8 @@ class Model:
     def grounded(self):
         """Whether supports, ground springs or other sectors hold the shell, so that its momenta
         may change."""
-        return bool(self.supports or self.cyclic) or any(isinstance(item, GroundSpring) for item in self.attached)
+        return bool(self.supports or self.cyclic) or any(
+            isinstance(item, GroundSpring) for item in self.attached)
 
     @property
     def unloaded_at(self):
@@ -414,11 +415,12 @@ class Model:
         steep = (along**2 > STEEPEST_COMPONENT) & (np.diff(first) == 1)
         if np.any(steep):
             node = int(np.argmax(steep))
-            c = np.argmax(np.abs(self.kept[node]))
-            axis = ("xyz"[c] if self.kept[node, c] == 1.0
-                    else "({:.3g}, {:.3g}, {:.3g})".format(*self.kept[node]))
-            raise InputError(f"node {node}: its normal is nearly along {axis}, so that a support "
-                             "of this component alone fixes it: support px, py, pz")
+            axis = self.kept[node]
+            c = np.argmax(axis)
+            told, name = (("xyz"[c], COMPONENTS[3 + c]) if axis[c] == 1.0 else
+                          (f"({axis[0]:.3g}, {axis[1]:.3g}, {axis[2]:.3g})", "this component"))
+            raise InputError(f"node {node}: its normal is nearly along {told}, so that a support "
+                             f"of {name} alone fixes it: support px, py, pz")
 
     def _check_sector(self):
         """Initial velocities, and supports that move, are those of a sector."""
