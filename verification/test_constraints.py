@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from corovec import (
+    Centrifugal,
     Cyclic,
     Drive,
     Gravity,
@@ -353,6 +354,24 @@ def test_modes_of_a_sector():
     plate = rolling_plate()
     one, two = modes(plate, 5), modes(turned(plate, ANY), 5)
     assert np.allclose(one.frequencies, two.frequencies, rtol=1e-9)
+
+
+def test_spinning_sector():
+    """Centrifugal forces of a disk, and the mode of its equilibrium that all sectors have alike."""
+    found = []
+    for n, angle, options in ((24, 360.0, {}), (2, 30.0, {"cyclic": Cyclic(12)})):
+        model = Model.of(MESHES["annulus"](n, angle), **MATERIAL, **options,
+                         loads=[Centrifugal((0.0, 0.0, 20.0))])
+        inner = np.flatnonzero(np.hypot(*model.nodes[:, :2].T) < 0.35).tolist()
+        model = replace(model, supports=[Support(inner, CLAMPED)])
+        path = load_control(model, [1.0], StaticSettings(tolerance=1e-20))
+        found.append((model, path, modes(model, 8 if angle == 360.0 else 1, path)))
+    (whole, one, every), (sector, two, alike) = found
+    same = [int(np.argmin(np.linalg.norm(whole.nodes - x, axis=1))) for x in sector.nodes]
+    u = one.displacement[-1]
+    assert np.abs(u).max() > 1e-3
+    assert np.abs(two.displacement[-1] - u[same]).max() < 1e-10 * np.abs(u).max()
+    assert np.abs(every.frequencies / alike.frequencies - 1.0).min() < 1e-8
 
 
 def test_buckling_and_arc_length_on_oblique_supports():
