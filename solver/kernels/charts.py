@@ -9,7 +9,7 @@ the next step.
 
 import math
 
-from .jit import internal, kernel
+from .jit import inlined, internal, kernel
 from .vectors import along, cross, dot
 
 CHART_LIMIT = 0.95
@@ -77,7 +77,7 @@ def empty(triad):
     return triad[2, 0] == 0.0 and triad[2, 1] == 0.0 and triad[2, 2] == 0.0
 
 
-@kernel
+@inlined
 def kept_component(kept):
     """Number of the global axis that ``kept`` (3,) is; ``OBLIQUE`` for another, -1 for zero."""
     if kept[0] == 0.0 and kept[1] == 0.0 and kept[2] == 0.0:
@@ -98,19 +98,10 @@ def choose_triad(v, ahead, old, kept, follow, triad):
     the others always follow.
     """
     component = kept_component(kept)
-    if component == OBLIQUE or (follow and not empty(old)):
-        if _choose_nodal(v, ahead, old, kept, component >= 0, triad):
-            return True
-        if component == OBLIQUE:
-            return _choose_nodal(v, v, old, kept, True, triad)
-        ahead = v
-    return _choose_global(v, ahead, old, component, triad)
-
-
-@internal
-def _choose_nodal(v, ahead, old, kept, held, triad):
-    """Axes that follow the node; False where they do not suit ``v``."""
-    if held:
+    if component != OBLIQUE and (
+            not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0)):
+        return _choose_global(v, ahead, old, component, triad)
+    if component >= 0:
         share = dot(ahead, kept)
         for c in range(3):
             triad[0, c] = kept[c]
@@ -121,7 +112,7 @@ def _choose_nodal(v, ahead, old, kept, held, triad):
     size = math.sqrt(dot(triad[2], triad[2]))
     for c in range(3):
         triad[2, c] /= size
-    if not held:
+    if component < 0:
         share = dot(old[0], triad[2])
         for c in range(3):
             triad[0, c] = old[0, c] - share * triad[2, c]
@@ -131,7 +122,21 @@ def _choose_nodal(v, ahead, old, kept, held, triad):
     if size > 0.1 and dot(v, triad[2]) > EARLIEST:
         cross(triad[2], triad[0], triad[1])
         return True
-    return False
+    if component == OBLIQUE:
+        return _choose_about(v, kept, triad)
+    return _choose_global(v, v, old, component, triad)
+
+
+@internal
+def _choose_about(v, kept, triad):
+    """Axes with t_1 ``kept`` and t_3 as near to ``v`` as it can be."""
+    share = dot(v, kept)
+    size = math.sqrt(1.0 - share * share)
+    for c in range(3):
+        triad[0, c] = kept[c]
+        triad[2, c] = (v[c] - share * kept[c]) / size
+    cross(triad[2], triad[0], triad[1])
+    return True
 
 
 @internal
