@@ -38,7 +38,7 @@ class Charts:
 
     def __init__(self, model, numbering, follow=True):
         self._follow = follow
-        self.kept, self.fixed = model.kept, _fixed(model, numbering)
+        self.kept, self.fixed = model.kept.copy(), _fixed(model, numbering)
         self.frames = _first_frames(model)
         owner = np.repeat(np.arange(len(model.nodes)), np.diff(model.directors.first))
         self.nodes = Nodes(numbering.start, numbering.n_rot, model.directors.first,
