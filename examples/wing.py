@@ -9,42 +9,28 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from corovec import (
-    Damping,
-    Lamina,
-    Laminate,
-    Model,
-    Ply,
-    Section,
-    Settings,
-    Support,
-    block,
-    load_control,
-    read_time_function,
-    simulate,
-    surface_load,
-)
+import corovec as cv
 
 span, chord = 3.0, 0.1
-carbon = Lamina(E1=130e9, E2=9e9, nu12=0.3, G12=5e9, G13=5e9, G23=3e9, density=1600.0)
-wing = Laminate([Ply(carbon, 0.002, 20.0)] * 4)
-mesh = block([(0, 0, 0), (span, 0, 0), (span, chord, 0), (0, chord, 0)], (36, 2))
-root = Support(np.flatnonzero(mesh.nodes[:, 0] == 0.0), ("x", "y", "z", "px", "py", "pz"))
+carbon = cv.Lamina(E1=130e9, E2=9e9, nu12=0.3, G12=5e9, G13=5e9, G23=3e9, density=1600.0)
+wing = cv.Laminate([cv.Ply(carbon, 0.002, 20.0)] * 4)
+mesh = cv.block([(0, 0, 0), (span, 0, 0), (span, chord, 0), (0, chord, 0)], (36, 2))
+root = cv.Support(np.flatnonzero(mesh.nodes[:, 0] == 0.0), ("x", "y", "z", "px", "py", "pz"))
 
 
 def winged(*history, **options):
     """The wing under 20 Pa, times a function of time."""
-    lift = surface_load(mesh.nodes, mesh.quads, (0.0, 0.0, 20.0), *history)
-    return Model.of(mesh, sections=[Section(wing, direction=(1, 0, 0))], supports=[root],
-                    loads=lift, **options)
+    lift = cv.surface_load(mesh.nodes, mesh.quads, (0.0, 0.0, 20.0), *history)
+    return cv.Model.of(mesh, sections=[cv.Section(wing, direction=(1, 0, 0))], supports=[root],
+                       loads=lift, **options)
 
 
-gust = read_time_function(Path(__file__).with_name("gust.csv"))
+gust = cv.read_time_function(Path(__file__).with_name("gust.csv"))
 front, back = (int(np.argmin(np.linalg.norm(mesh.nodes - (span, y, 0), axis=1)))
                for y in (0.0, chord))
-still = load_control(winged(), [1.0])  # in steady flight, where the gust begins
-result = simulate(winged(gust, damping=Damping.of_ratios(0.02, 1.0, 0.02, 20.0)),
-                  Settings(dt=0.0025, end_time=1.0), start=still.states[-1],
+still = cv.load_control(winged(), [1.0])  # in steady flight, where the gust begins
+result = cv.simulate(winged(gust, damping=cv.Damping.of_ratios(0.02, 1.0, 0.02, 20.0)),
+                  cv.Settings(dt=0.0025, end_time=1.0), start=still.states[-1],
                   probes={"front": front, "back": back})
 
 z = {name: probe["displacement"][:, 2] for name, probe in result.probes.items()}

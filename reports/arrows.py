@@ -186,7 +186,7 @@ def of_supports(model, case):
                        ("rotation", np.array([support.about]), support.rotation,
                         given.turning or given.history, support.turning))
         else:
-            along = np.array([component in support.components for component in "xyz"], dtype=float)
+            along = [component in support.components for component in "xyz"] @ support.directions
             motions = (("", at, support.displacement * along, given.history, support.history),)
         for name, points, vector, function, history in motions:
             if np.any(vector):

@@ -383,8 +383,9 @@ def _normals(corners, taken):
 
 
 def _held(model):
-    """``Marks`` of the nodes that supports hold, by the components held, and whether they move."""
-    if not getattr(model, "supports", ()):
+    """``Marks`` of the nodes that supports hold, by what is held and whether they move, and of the
+    edges of a sector."""
+    if not (getattr(model, "supports", ()) or getattr(model, "cyclic", None)):
         return []
     driven = np.zeros((len(model.nodes), 1), dtype=bool)
     for support in model.supports:
@@ -397,6 +398,11 @@ def _held(model):
             name = (HELD.get(held) or ", ".join(held)) + (", moved" if moved else "")
             found.append(Marks(np.flatnonzero(number.ravel() == k), name,
                                DRIVEN if moved else MARKS.get(held) or next(others)))
+    edges = np.concatenate(model.pairs[1:3]) if model.pairs else []
+    oblique = [i for i, held in model.oblique.items() if sum(map(len, held)) and i not in edges]
+    for nodes, words in ((oblique, "held obliquely"), (edges, "edges of the sector")):
+        if len(nodes):
+            found.append(Marks(np.array(nodes), words, next(others)))
     return found
 
 

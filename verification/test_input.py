@@ -307,7 +307,6 @@ def test_folds_are_junctions_from_the_fold_angle_on():
     (lambda: corner(fold_angle=0.0), r"fold_angle must lie in \(0, 90\] \[degrees\], is 0"),
     (lambda: corner(patches=(1, 2, 3)), r"patches: 3 given, one an element \(2\) needed"),
     (lambda: corner(patches=(1, 2.5)), r"patches\[1\] must be an integer"),
-    (lambda: corner(supports=[Support((3,), ("px",))]), "node 3: several plates meet there"),
     (lambda: corner(normals=np.tile((0, 0, 1.0), (6, 1))), r"normals: shape \(6, 3\) given"),
     (lambda: corner(normals=np.array([(0, 1, 1), (0, 1, 1), *[(0, 0, 1)] * 6]) / 2**0.5),
      "has length"),

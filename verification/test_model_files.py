@@ -9,6 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from corovec import (
+    Cyclic,
     Expression,
     Gravity,
     Harmonic,
@@ -198,6 +199,47 @@ at = [1, 1, 0]
     x, y, _ = free.nodes.T
     np.testing.assert_allclose(free.velocity, np.column_stack(
         [1.0 - 2.0 * (y - 0.5), 2.0 * (x - 1.0), 0.0 * x]), atol=1e-14)
+
+
+def test_oblique_supports(made):
+    """Words and components along axes of their own; axes that are none."""
+    text = """
+[[supports]]
+fix = "symmetry x"
+axes = [[3, 4, 0], [-4, 3, 0], [0, 0, 1]]
+where = { x = 0.0 }
+"""
+    model = made(text).model(8)
+    rim = np.flatnonzero(model.nodes[:, 0] == 0.0).tolist()
+    assert set(model.oblique) == set(rim) and not model.fixed[:, :3].any()
+    assert model.supports[0].components == ("x", "px")
+    np.testing.assert_allclose(model.oblique[0], [[(0.6, 0.8, 0.0)]] * 2, atol=1e-15)
+    with pytest.raises(InputError, match=r"supports\[0\]: support: axes must be three orthogonal"):
+        made(text.replace("-4, 3", "4, 3"))
+
+
+def test_sectors(made):
+    """A quarter of a cylinder that spins about its axis."""
+    text = """
+[cyclic]
+sectors = 4
+[motion]
+spin = [0, 0, 2]
+"""
+    shell = SHELL[:SHELL.index("[[geometry")] + """
+[geometry.cylinder]
+radius = 1.0
+length = 1.0
+divisions = [4, 2]
+angle = 90.0
+"""
+    model = made(text, shell).model(8)
+    assert model.cyclic == Cyclic(4) and len(model.pairs.masters) == 3
+    assert model.velocity[0] == pytest.approx((0.0, 2.0, 0.0))
+    with pytest.raises(InputError, match="no node is where another one is turned to by 72 degrees"):
+        made(text.replace("4", "5"), shell)
+    with pytest.raises(InputError, match="cyclic: cyclic: sectors must be 2 or more"):
+        made(text.replace("4", "1"), shell)
 
 
 def test_meshes_of_files(tmp_path, made):

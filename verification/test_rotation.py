@@ -22,6 +22,9 @@ from corovec.verification.models import rectangle, spinning
 NONE = np.zeros((3, 3))
 GLOBAL, FOLLOWING = False, True
 
+FREE = np.zeros(3)
+"""No axis that a support keeps."""
+
 AS_IT_IS = Factors(0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.5, 0.5, 0.0)
 """Rates and second rates of a state, without an increment."""
 
@@ -32,10 +35,10 @@ vectors = st.tuples(*[st.floats(-10.0, 10.0, allow_subnormal=False)] * 3).map(np
 seeds = st.integers(0, 2**31 - 1)
 
 
-def triad_of(p, fixed_component=-1):
+def triad_of(p, kept=FREE):
     """Global axes of a normal that has none yet."""
     triad = np.empty((3, 3))
-    charts.choose_triad(p, p, NONE, fixed_component, GLOBAL, triad)
+    charts.choose_triad(p, p, NONE, kept, GLOBAL, triad)
     return triad
 
 
@@ -114,7 +117,7 @@ def test_switch_carries_all_rates(p, spin, change, dependent, follow):
     variables[0, :2] = chart[0, :2] @ p
     velocity, acceleration = np.zeros(5), np.zeros(5)
     velocity[3:], acceleration[3:] = chart[0, :2] @ p_dot, chart[0, :2] @ p_ddot
-    switched = nodes.switch_charts(smooth_node(), np.array([-1]), follow, 0.0,
+    switched = nodes.switch_charts(smooth_node(), FREE[None], follow, 0.0,
                                    motion(variables, chart, velocity, acceleration))
     new, largest = chart[0], np.argmax(np.abs(p))
     if follow:
@@ -144,7 +147,7 @@ def test_hysteresis_border(excess, switches):
     p /= np.linalg.norm(p)
     chart = axes_triad(0, p)[None]
     variables = np.array([[p[1], p[2], 0.0]])
-    args = (smooth_node(), np.array([-1]), GLOBAL, 0.0,
+    args = (smooth_node(), FREE[None], GLOBAL, 0.0,
             motion(variables, chart, np.zeros(5), np.zeros(5)))
     assert nodes.switch_charts(*args) == switches
     assert nodes.switch_charts(*args) == 0
@@ -158,7 +161,7 @@ def test_switch_is_made_half_a_step_ahead():
         p = np.array([np.sin(angle), 0.0, np.cos(angle)])
         velocity = np.array([0.0, 0.0, 0.0, np.radians(rate) * np.cos(angle), 0.0])
         assert nodes.switch_charts(
-            smooth_node(), np.array([-1]), GLOBAL, dt, motion(
+            smooth_node(), FREE[None], GLOBAL, dt, motion(
                 np.array([[p[0], p[1], 0.0]]), np.eye(3)[None].copy(), velocity,
                 np.zeros(5))) == switches
 
@@ -168,7 +171,7 @@ def test_following_axes_point_to_the_middle_of_the_next_step():
     rate, dt = 3.0, 0.05
     chart, variables = np.eye(3)[None].copy(), np.zeros((1, 3))
     velocity = np.array([0.0, 0.0, 0.0, rate, 0.0])
-    nodes.switch_charts(smooth_node(), np.array([-1]), FOLLOWING, dt,
+    nodes.switch_charts(smooth_node(), FREE[None], FOLLOWING, dt,
                         motion(variables, chart, velocity, np.zeros(5)))
     middle = np.array([np.sin(0.5 * rate * dt), 0.0, np.cos(0.5 * rate * dt)])
     assert np.abs(chart[0, 2] - middle).max() < (0.5 * rate * dt) ** 3
@@ -177,14 +180,15 @@ def test_following_axes_point_to_the_middle_of_the_next_step():
 
 def test_supported_component_stays_a_variable():
     """A component that a support fixes is the first variable, even when it is the largest."""
-    triad = triad_of(np.array([0.9, 0.3, np.sqrt(1.0 - 0.81 - 0.09)]), fixed_component=0)
+    triad = triad_of(np.array([0.9, 0.3, np.sqrt(1.0 - 0.81 - 0.09)]), kept=np.eye(3)[0])
     assert triad[0, 0] == 1.0 and triad[2, 0] == 0.0
     p = np.array([0.5, 0.6, 0.62449979983984])
     for fixed in range(3):
-        old, new = triad_of(p, fixed_component=fixed), np.empty((3, 3))
+        old, new = triad_of(p, kept=np.eye(3)[fixed]), np.empty((3, 3))
         assert old[0, fixed] == 1.0
         ahead = p + 0.1 * np.cross(np.eye(3)[fixed], p)
-        assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, fixed, FOLLOWING, new)
+        assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, np.eye(3)[fixed],
+                                   FOLLOWING, new)
         assert np.array_equal(new[0], np.eye(3)[fixed]) and new[2, fixed] == 0.0
         assert np.allclose(new @ new.T, np.eye(3), atol=1e-15)
 
@@ -205,14 +209,14 @@ def test_fallback_axes_suit_the_normal_as_it_is():
     """A normal that is about to turn too far for following axes gets axes that suit it now."""
     p = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
     old, new = np.empty((3, 3)), np.empty((3, 3))
-    charts.choose_triad(p, p, triad_of(p), -1, FOLLOWING, old)
+    charts.choose_triad(p, p, triad_of(p), FREE, FOLLOWING, old)
     ahead = p + (0.0, 4.5, 0.0)
-    assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, -1, FOLLOWING, new)
+    assert charts.choose_triad(p, ahead / np.linalg.norm(ahead), old, FREE, FOLLOWING, new)
     assert new[2] @ p > 1.0 / np.sqrt(3.0)
     e = random_frame(np.random.default_rng(1))
-    junctions.choose_junction_triad(e, e, np.eye(3), True, old)
+    junctions.choose_junction_triad(e, e, np.eye(3), FREE, True, old)
     turned = e @ Rotation.from_rotvec(np.radians(100.0) * e[0]).as_matrix().T
-    assert junctions.choose_junction_triad(e, turned, old, True, new)
+    assert junctions.choose_junction_triad(e, turned, old, FREE, True, new)
     assert e[1] @ new[2] > 0.5
 
 
@@ -251,10 +255,10 @@ def random_frame(rng):
 def junction(e, follow=False, ahead=None):
     """(triad, variables) of a nodal frame."""
     triad = np.empty((3, 3))
-    junctions.choose_junction_triad(e, e if ahead is None else ahead, NONE, False, triad)
+    junctions.choose_junction_triad(e, e if ahead is None else ahead, NONE, FREE, False, triad)
     if follow:
         old, triad = triad, np.empty((3, 3))
-        junctions.choose_junction_triad(e, e if ahead is None else ahead, old, True, triad)
+        junctions.choose_junction_triad(e, e if ahead is None else ahead, old, FREE, True, triad)
     return triad, np.array([e[1] @ triad[0], e[1] @ triad[1], e[2] @ triad[0]])
 
 
@@ -351,7 +355,7 @@ def test_junction_switch_carries_spin(seed, follow):
     velocity, acceleration = np.r_[np.zeros(3), spin], np.r_[np.zeros(3), change]
     moving = motion(x, chart, velocity, acceleration)
     before = rates()
-    nodes.switch_charts(node, np.array([-1]), follow, 0.01, moving)
+    nodes.switch_charts(node, FREE[None], follow, 0.01, moving)
     for old, new in zip(before, rates(), strict=True):
         # axes up to their limit: rates lose at most three digits
         assert np.abs(new - old).max() < 1e-11 * (1.0 + np.abs(before[2]).max())

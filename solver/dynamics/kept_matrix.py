@@ -40,6 +40,8 @@ class KeptMatrix:
         corner[quads] = np.arange(len(quads))[:, None]
         held = np.zeros(n_nodes, dtype=bool)
         held[numbering.node_of_dof[fixed]] = True
+        if system.coordinates.constraints:
+            held[system.coordinates.constraints.nodes] = True
         self._turning = Turning(corner, held, *np.zeros((4, n_nodes, 3, 3)))
         self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass

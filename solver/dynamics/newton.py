@@ -154,8 +154,8 @@ class Iteration:
         delta = problem.dt * velocity
         correction = delta.copy()
         if problem.driven is not None:
-            held = system.dofs.fixed
-            delta[held], correction[held] = problem.driven[held], 0.0
+            correction = system.free(delta)
+            delta = correction + problem.driven
         first = last = 0.0
         made = -1
         for k in range(0 if at_rest else 1, rule.max_iterations + 1):

@@ -203,7 +203,7 @@ class _Run:
 
     def _frame(self, step, record):
         system, reactions = self._system, None
-        if system.dofs.any_fixed:
+        if system.supported:
             none = no_reactions(len(system.model.nodes))
             reactions = none.plus(record.impulses or none, 1.0 / self._settings.dt)
         return (self.frame_of_step[step], self.history["time"][step],

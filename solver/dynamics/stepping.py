@@ -91,7 +91,7 @@ class Stepper:
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         work = self._work(problem, time, delta)
         reactions, driven, braked = None, 0.0, 0.0
-        if system.dofs.any_fixed:
+        if system.supported:
             reactions = self._reactions(problem, delta)
             driven = system.work_of_supports(delta)
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from ..model.cyclic import Cyclic
 from ..model.histories import (
     CONSTANT,
     Expression,
@@ -31,6 +32,7 @@ from ..model.model import rigid_velocity
 from .places import Placed, elements_of
 from .values import (
     Beside,
+    Count,
     Line,
     Name,
     Number,
@@ -254,12 +256,15 @@ class Held(Placed):
     Attributes:
         fix: ``clamped``, ``pinned``, ``symmetry x`` (y, z), or a list of the components x, y, z of
             the displacement and px, py, pz of the normal.
+        axes: three orthogonal vectors that these x, y, z are along, of any length; the global ones
+            without it.
         displacement: prescribed to the displacement components; a motion starts where the static
             step left it, or at zero [m].
         history: name of the function of time, or of the load factor, that multiplies it.
     """
 
     fix: str | list[str]
+    axes: tuple[Point, Point, Point] | None = None
     displacement: in_unit("m", Number) | None = None
     history: Name | None = None
 
@@ -287,7 +292,7 @@ class Held(Placed):
         components = HELD[self.fix] if isinstance(self.fix, str) else self.fix
         return Support(self.numbers(mesh), components,
                        self.displacement.value if self.displacement else 0.0,
-                       functions[self.history])
+                       functions[self.history], self.axes)
 
 
 class Driven(Placed):
@@ -328,13 +333,37 @@ class Driven(Placed):
                      functions[self.history], functions[self.turning or self.history])
 
 
+class Sector(Strict):
+    """The shell is one of equal sectors about an axis, whose edges move alike but for a turn.
+
+    Attributes:
+        sectors: how many there are.
+        axis: a vector along it.
+        about: a point on it [m]; the origin without one.
+    """
+
+    sectors: Count
+    axis: Point = (0.0, 0.0, 1.0)
+    about: in_unit("m", Point) | None = None
+
+    @model_validator(mode="after")
+    def _possible(self):
+        self.made()
+        return self
+
+    def made(self):
+        """``Cyclic``."""
+        about = self.about.value if self.about else (0.0, 0.0, 0.0)
+        return Cyclic(self.sectors, self.axis, about)
+
+
 class RigidMotion(Strict):
     """How the shell moves at the start.
 
     Attributes:
         velocity: of the point ``about`` [m/s].
         spin: [rad/s].
-        about: a point [m]; the mass centre without one.
+        about: a point [m]; without one the mass centre, of a sector a point on the axis.
     """
 
     velocity: in_unit("m/s", Point) | None = None
@@ -345,4 +374,5 @@ class RigidMotion(Strict):
         """``velocity`` and ``normal_velocity`` of a ``Model``."""
         v, omega = (given.value if given else (0.0, 0.0, 0.0)
                     for given in (self.velocity, self.spin))
-        return rigid_velocity(model, v, omega, self.about.value if self.about else model.centre)
+        centre = model.cyclic.about if model.cyclic else model.centre
+        return rigid_velocity(model, v, omega, self.about.value if self.about else centre)

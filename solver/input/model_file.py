@@ -17,7 +17,7 @@ from ..model.mesh import MOST_ELEMENTS, node_at
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
 from ..signatures import checked
-from .acting import Driven, Held, History, Load, RigidMotion
+from .acting import Driven, Held, History, Load, RigidMotion, Sector
 from .attached import Damped, Foundation, MassAt, SpringBetween, SpringToGround
 from .geometry import Geometry, Refinement
 from .layers import Layers, Material, SectionOf
@@ -220,6 +220,7 @@ class ModelFile(Strict):
         ground_springs: between nodes and the ground.
         foundations: elastic ones under elements.
         damping: of the shell.
+        cyclic: the shell is one sector of many.
         motion: how the shell moves at the start.
         steps: one static, one dynamic, or a dynamic one that starts from the equilibrium of a
             static one; a dynamic one by the defaults without any.
@@ -249,6 +250,7 @@ class ModelFile(Strict):
     ground_springs: list[SpringToGround] = []
     foundations: list[Foundation] = []
     damping: Damped | None = None
+    cyclic: Sector | None = None
     motion: RigidMotion | None = None
     steps: list[Annotated[Static | Dynamic, Field(discriminator="kind")]] = []
     points: dict[Probe, in_unit("m", Point)] = {}
@@ -513,6 +515,7 @@ class ModelFile(Strict):
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
                          damping=self.damping and self.damping.made(),
+                         cyclic=self.cyclic and self.cyclic.made(),
                          sections=self._sections(mesh), **values, **options)
         if self.motion is None:
             return shell

@@ -26,7 +26,7 @@ TITLES = {"Parameters": "[parameters]", "Material": "[materials.NAME]",
           "Where": "where of nodes", "Driven": "[[drives]]", "MassAt": "[[masses]]",
           "SpringBetween": "[[springs]]", "SpringToGround": "[[ground_springs]]",
           "Foundation": "[[foundations]]", "Damped": "[damping]", "Probed": "[probes.NAME]",
-          "RigidMotion": "[motion]",
+          "Sector": "[cyclic]", "RigidMotion": "[motion]",
           "Static": "[[steps]], static", "Dynamic": "[[steps]], dynamic", "Output": "[output]",
           "Paper": "[paper]", "ModelFile": "the file"}
 """What the tables are called in a file."""

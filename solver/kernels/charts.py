@@ -9,7 +9,7 @@ the next step.
 
 import math
 
-from .jit import internal, kernel
+from .jit import inlined, internal, kernel
 from .vectors import along, cross, dot
 
 CHART_LIMIT = 0.95
@@ -28,6 +28,9 @@ as early.  Axes that follow the node do not multiply them at all.
 
 EARLIEST = 0.4
 """Size of the dependent component now that a chart chosen ahead must have: a step may turn far."""
+
+OBLIQUE = 3
+"""What stands for the number of a kept axis that is no global one."""
 
 
 @kernel
@@ -74,28 +77,42 @@ def empty(triad):
     return triad[2, 0] == 0.0 and triad[2, 1] == 0.0 and triad[2, 2] == 0.0
 
 
+@inlined
+def kept_component(kept):
+    """Number of the global axis that ``kept`` (3,) is; ``OBLIQUE`` for another, -1 for zero."""
+    if kept[0] == 0.0 and kept[1] == 0.0 and kept[2] == 0.0:
+        return -1
+    for c in range(3):
+        if kept[c] == 1.0:
+            return c
+    return OBLIQUE
+
+
 @kernel
-def choose_triad(v, ahead, old, fixed_component, follow, triad):
+def choose_triad(v, ahead, old, kept, follow, triad):
     """Fill ``triad`` for a unit vector ``v`` that moves to ``ahead``; False if it is ``old``.
 
     Axes that ``follow`` the node, where there are any before and they suit ``v``: t_3 along
-    ``ahead``, t_1 as near to the old one as it can be.  Else global ones.  A global axis
-    ``fixed_component`` whose component a support fixes stays t_1 (-1: none).
+    ``ahead``, t_1 as near to the old one as it can be.  Else global ones.  A unit vector ``kept``,
+    along which a support fixes the component, stays t_1 (zero: none); where it is no global axis,
+    the others always follow.
     """
-    if not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0):
-        return _choose_global(v, ahead, old, fixed_component, triad)
-    if fixed_component >= 0:
-        share = ahead[fixed_component]
+    component = kept_component(kept)
+    if component != OBLIQUE and (
+            not follow or (old[2, 0] == 0.0 and old[2, 1] == 0.0 and old[2, 2] == 0.0)):
+        return _choose_global(v, ahead, old, component, triad)
+    if component >= 0:
+        share = dot(ahead, kept)
         for c in range(3):
-            triad[0, c] = 1.0 if c == fixed_component else 0.0
-            triad[2, c] = ahead[c] - share * triad[0, c]
+            triad[0, c] = kept[c]
+            triad[2, c] = ahead[c] - share * kept[c]
     else:
         for c in range(3):
             triad[2, c] = ahead[c]
     size = math.sqrt(dot(triad[2], triad[2]))
     for c in range(3):
         triad[2, c] /= size
-    if fixed_component < 0:
+    if component < 0:
         share = dot(old[0], triad[2])
         for c in range(3):
             triad[0, c] = old[0, c] - share * triad[2, c]
@@ -105,7 +122,21 @@ def choose_triad(v, ahead, old, fixed_component, follow, triad):
     if size > 0.1 and dot(v, triad[2]) > EARLIEST:
         cross(triad[2], triad[0], triad[1])
         return True
-    return _choose_global(v, v, old, fixed_component, triad)
+    if component == OBLIQUE:
+        return _choose_about(v, kept, triad)
+    return _choose_global(v, v, old, component, triad)
+
+
+@internal
+def _choose_about(v, kept, triad):
+    """Axes with t_1 ``kept`` and t_3 as near to ``v`` as it can be."""
+    share = dot(v, kept)
+    size = math.sqrt(1.0 - share * share)
+    for c in range(3):
+        triad[0, c] = kept[c]
+        triad[2, c] = (v[c] - share * kept[c]) / size
+    cross(triad[2], triad[0], triad[1])
+    return True
 
 
 @internal

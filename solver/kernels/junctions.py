@@ -10,7 +10,14 @@ import math
 
 import numpy as np
 
-from .charts import CHART_LIMIT, EARLIEST, SWITCH_RATIO, choose_triad, empty
+from .charts import (
+    CHART_LIMIT,
+    EARLIEST,
+    SWITCH_RATIO,
+    choose_triad,
+    empty,
+    kept_component,
+)
 from .jit import internal, kernel
 from .vectors import copy, cross, dot, largest
 
@@ -130,22 +137,26 @@ def set_junction(e, omega, triad, x, rates):
 
 
 @kernel
-def choose_junction_triad(e, ahead, old, follow, triad):
+def choose_junction_triad(e, ahead, old, kept, follow, triad):
     """As ``charts.choose_triad``, for a junction with nodal frame ``e`` that moves to
     ``ahead`` (rows e_x, e_y, e_z).
 
-    Following axes are (e_x, e_z, e_y) ahead.  Global axes: t_3 by e_y as above, and t_1 of the two
-    others the one with the smaller component of e_z (ahead, with hysteresis); t_2 is signed so that
-    e_z points along it.
+    Following axes are (e_x, e_z, e_y) ahead; a junction that turns about an axis ``kept`` only has
+    no others, so that n and k are constant, e_x being that axis.  Global axes: t_3 by e_y as above,
+    and t_1 of the two others the one with the smaller component of e_z (ahead, with hysteresis);
+    t_2 is signed so that e_z points along it.
     """
-    if follow and not empty(old):
-        if dot(e[1], ahead[1]) > EARLIEST and dot(e[2], ahead[2]) > EARLIEST:
+    held = kept_component(kept) >= 0
+    if held or (follow and not empty(old)):
+        suits = dot(e[1], ahead[1]) > EARLIEST and dot(e[2], ahead[2]) > EARLIEST
+        if not suits:
+            ahead = e
+        if suits or held:
             copy(ahead[0], triad[0])
             copy(ahead[2], triad[1])
             copy(ahead[1], triad[2])
             return True
-        ahead = e
-    choose_triad(e[1], ahead[1], old, -1, False, triad)
+    choose_triad(e[1], ahead[1], old, np.zeros(3), False, triad)
     same = True
     for c in range(3):
         same = same and triad[2, c] == old[2, c]

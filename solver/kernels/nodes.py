@@ -12,9 +12,11 @@ import numpy as np
 
 from .arguments import DONE
 from .charts import (
+    OBLIQUE,
     choose_triad,
     convective,
     first_derivatives,
+    kept_component,
     normal,
     second_derivatives,
 )
@@ -109,22 +111,23 @@ def director_rates(nodes, velocity, A1, p_dot):
 
 
 @kernel
-def start_charts(nodes, fixed_component, p, p_dot, frames, variables, chart, velocity):
+def start_charts(nodes, kept, p, p_dot, frames, variables, chart, velocity):
     """Charts (global axes), variables and their rates from normals and normal velocities at t = 0.
 
     ``frames`` (n_nodes, 3, 3): rows e_x, e_y, e_z of the nodal frames of junctions, whose spins
-    follow from the rates of their first two directors.
+    follow from the rates of their first two directors; ``kept`` (n_nodes, 3): see
+    ``charts.choose_triad``.
     """
     none, omega = np.zeros((3, 3)), np.empty(3)
     for i in range(nodes.start.shape[0]):
         k, d = nodes.start[i] + 3, nodes.first[i]
         if nodes.n_rot[i] == 2:
-            choose_triad(p[d], p[d], none, fixed_component[i], False, chart[i])
+            choose_triad(p[d], p[d], none, kept[i], False, chart[i])
             for c in range(2):
                 variables[i, c] = dot(p[d], chart[i, c])
                 velocity[k + c] = dot(p_dot[d], chart[i, c])
         else:
-            choose_junction_triad(frames[i], frames[i], none, False, chart[i])
+            choose_junction_triad(frames[i], frames[i], none, kept[i], False, chart[i])
             spin_of(p[d], p[d + 1], p_dot[d], p_dot[d + 1], omega)
             set_junction(frames[i], omega, chart[i], variables[i], velocity[k:k + 3])
 
@@ -335,7 +338,7 @@ def _curvature_junction(nodes, i, p, A1, triad, forces, moments, H):
 
 
 @kernel
-def switch_charts(nodes, fixed_component, follow, dt, motion):
+def switch_charts(nodes, kept, follow, dt, motion):
     """Renew the charts of all nodes, for their directors half a step ``dt`` ahead.
 
     p, p_dot = A1 n_dot and p_ddot = A1 n_ddot + A2 (Eq. 30) are carried over.  The velocity tells
@@ -362,7 +365,7 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
             size = math.sqrt(dot(ahead, ahead))
             for c in range(3):
                 ahead[c] /= size
-            changed = choose_triad(p, ahead, chart[i], fixed_component[i], follow, new)
+            changed = choose_triad(p, ahead, chart[i], kept[i], follow, new)
             if changed:
                 bent = convective(p, chart[i], x_dot)
                 for c in range(3):
@@ -372,16 +375,18 @@ def switch_charts(nodes, fixed_component, follow, dt, motion):
                     variables[i, c] = dot(p, new[c])
                     x_dot[c], x_ddot[c] = dot(rate, new[c]), dot(second, new[c])
         else:
-            changed = _switch_junction(chart[i], follow, dt, variables[i], x_dot, x_ddot, new,
-                                       frame, e_ahead, p, rate, second)
+            changed = _switch_junction(chart[i], kept[i], follow, dt, variables[i], x_dot, x_ddot,
+                                       new, frame, e_ahead, p, rate, second)
         if changed:
             copy_frame(new, chart[i])
-            switched += 0 if follow else 1
+            if not follow and kept_component(kept[i]) < (OBLIQUE if n_rot[i] == 2 else 0):
+                switched += 1
     return switched
 
 
 @internal
-def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, spin, rate, change):
+def _switch_junction(triad, kept, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, spin, rate,
+                     change):
     """Variables of a junction in new axes, its spin and the rate of that kept."""
     nodal_frame(x[0], x[1], x[2], triad, frame.e)
     spins(frame.e, triad, frame.G, frame.omega)
@@ -392,7 +397,7 @@ def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, s
         for c in range(3):
             e_ahead[row, c] = frame.e[row, c] + 0.5 * dt * change[c]
     orthonormal(e_ahead)
-    if not choose_junction_triad(frame.e, e_ahead, triad, follow, new):
+    if not choose_junction_triad(frame.e, e_ahead, triad, kept, follow, new):
         return False
     spin_and_rate(frame, triad, x_dot, x_ddot, spin, change)
     set_junction(frame.e, spin, new, x, x_dot)
@@ -406,7 +411,7 @@ def _switch_junction(triad, follow, dt, x, x_dot, x_ddot, new, frame, e_ahead, s
 
 
 @kernel
-def turn_normals(nodes, fixed_component, correction, variables, chart, p, A1):
+def turn_normals(nodes, kept, correction, variables, chart, p, A1):
     """Turn every director as the correction of the variables says, along a great circle.
 
     For statics, where the directors are the whole state: large rotations stay rotations, no chart
@@ -415,15 +420,15 @@ def turn_normals(nodes, fixed_component, correction, variables, chart, p, A1):
     for i in range(nodes.start.shape[0]):
         k = nodes.start[i] + 3
         if nodes.n_rot[i] == 3:
-            _turn_junction(nodes, i, correction[k:k + 3], variables[i], chart[i], p)
+            _turn_junction(nodes, i, kept[i], correction[k:k + 3], variables[i], chart[i], p)
         else:
             d = nodes.first[i]
-            _turn_smooth(fixed_component[i], correction[k:k + 2], variables[i], chart[i], p[d],
+            _turn_smooth(kept[i], correction[k:k + 2], variables[i], chart[i], p[d],
                          A1[d])
 
 
 @internal
-def _turn_junction(nodes, i, correction, x, triad, p):
+def _turn_junction(nodes, i, kept, correction, x, triad, p):
     """The nodal frame by the rotation vector ``omega dn``, its directors with it."""
     frame = _frame()
     turn, new, none, rates = np.empty(3), np.empty((3, 3)), np.zeros(3), np.empty(3)
@@ -438,7 +443,7 @@ def _turn_junction(nodes, i, correction, x, triad, p):
         rotate(angle, turn, frame.e[1])
         rotate(angle, turn, frame.e[2])
         orthonormal(frame.e)
-    choose_junction_triad(frame.e, frame.e, triad, False, new)
+    choose_junction_triad(frame.e, frame.e, triad, kept, False, new)
     copy_frame(new, triad)
     set_junction(frame.e, none, new, x, rates)
     for d in range(nodes.first[i], nodes.first[i + 1]):
@@ -447,24 +452,23 @@ def _turn_junction(nodes, i, correction, x, triad, p):
 
 @internal
 def _turn_smooth(kept, correction, x, triad, p, A1):
-    """``p <- cos(a) p + sin(a)/a A1 dn`` with a = |A1 dn|; a component ``kept`` by a support stays,
-    the others are scaled to a unit vector."""
+    """``p <- cos(a) p + sin(a)/a A1 dn`` with a = |A1 dn|; the component along an axis ``kept``
+    stays, the others are scaled to a unit vector."""
     turn, new = np.empty(3), np.empty((3, 3))
     for c in range(3):
         turn[c] = A1[c, 0] * correction[0] + A1[c, 1] * correction[1]
     angle = math.sqrt(dot(turn, turn))
-    held = p[kept] if kept >= 0 else 0.0
+    held = dot(p, kept)
     if angle > 0.0:
         cosine, sine = math.cos(angle), math.sin(angle) / angle
         for c in range(3):
             p[c] = cosine * p[c] + sine * turn[c]
-    square = 0.0
+    changed = dot(p, kept)
     for c in range(3):
-        if c != kept:
-            square += p[c] * p[c]
-    scale = math.sqrt((1.0 - held * held) / square)
+        p[c] -= changed * kept[c]
+    scale = math.sqrt((1.0 - held * held) / dot(p, p))
     for c in range(3):
-        p[c] = held if c == kept else scale * p[c]
+        p[c] = held * kept[c] + scale * p[c]
     choose_triad(p, p, triad, kept, False, new)
     copy_frame(new, triad)
     x[0], x[1] = dot(p, new[0]), dot(p, new[1])

@@ -86,7 +86,7 @@ def find_directors(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
         InputError: normals cancel or differ too much within a patch, all plates of a junction are
             coplanar, or an element is inverted against a neighbour of its patch.
     """
-    normals = _all_normals(nodes, quads)
+    normals = vertex_normals(nodes, quads)
     pairs = _pairs(quads)
     smooth, _ = _decided(pairs, normals, fold_angle, patches)
     _check_orientation(quads, pairs, smooth)
@@ -120,7 +120,7 @@ def find_directors(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
 def find_folds(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
     """``Folds`` of a mesh, decided as by ``find_directors``."""
     pairs = _pairs(quads)
-    smooth, angles = _decided(pairs, _all_normals(nodes, quads), fold_angle, patches)
+    smooth, angles = _decided(pairs, vertex_normals(nodes, quads), fold_angle, patches)
     smooth = smooth & ~pairs.same_way
     folds = len(np.unique(pairs.edge[~smooth]))
     return Folds(folds, len(np.unique(pairs.edge)) - folds,
@@ -131,7 +131,7 @@ def find_folds(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
 def fold_edges(nodes, quads, fold_angle=FOLD_ANGLE, patches=None):
     """(n, 2) nodes at the ends of the edges that ``find_folds`` calls folded."""
     pairs = _pairs(quads)
-    smooth, _ = _decided(pairs, _all_normals(nodes, quads), fold_angle, patches)
+    smooth, _ = _decided(pairs, vertex_normals(nodes, quads), fold_angle, patches)
     folded = np.flatnonzero(~smooth | pairs.same_way)
     _, first = np.unique(pairs.edge[folded], return_index=True)
     return quads.ravel()[pairs.one[folded[first]]]
@@ -263,12 +263,12 @@ def _spread(directors):
     return Directors(normals[swapped], first, back[vertices])
 
 
-def _all_normals(nodes, quads):
+def vertex_normals(nodes, quads):
     """(n_elem, 4, 3) unit normals of the elements at their vertices."""
-    return np.stack([_vertex_normals(nodes[quads], corner) for corner in CORNERS], axis=1)
+    return np.stack([_normals_at(nodes[quads], corner) for corner in CORNERS], axis=1)
 
 
-def _vertex_normals(corners, corner):
+def _normals_at(corners, corner):
     """Unit normals (n_elem, 3) of the bilinear surfaces at one corner, Eq. (13)."""
     _, natural = shape_functions(corner)
     d_xi, d_eta = np.einsum("ai,eic->aec", natural, corners)

@@ -27,6 +27,9 @@ from .mesh import check_connectivity, few_enough, node_numbers, not_joined, pass
 COMPONENTS = ("x", "y", "z", "px", "py", "pz")
 """What a support can fix: displacement components, and components of the normal."""
 
+RIGHT_ANGLE = 1e-6
+"""Largest cosine of the angle between two axes of a support."""
+
 
 @dataclass(frozen=True)
 class NodalLoad:
@@ -119,13 +122,18 @@ class Support:
     ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  An
     edge is clamped by ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const needs
     ``("x", "px")``.  Two fixed components of a unit normal fix the third: two or three are the
-    same.  ``displacement * history(t)`` [m] is prescribed to the displacement components.
+    same.  A junction with one fixed component turns about that axis only, so that a symmetry plane
+    may cut folds.  ``displacement * history(t)`` [m] is prescribed to the displacement components.
+
+    Components are those along the rows of ``axes`` (3, 3), orthogonal and of any length; along the
+    global axes without it.
     """
 
     nodes: tuple
     components: tuple
     displacement: float = 0.0
     history: FunctionOfTime = CONSTANT
+    axes: tuple = None
 
     def __post_init__(self):
         given = self.components
@@ -136,10 +144,30 @@ class Support:
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
         _plain(self, nodes=distinct("support: nodes", self.nodes), components=components,
                displacement=number("support: displacement", self.displacement, "m"),
-               history=_history(self.history))
+               history=_history(self.history), axes=_axes(self.axes))
         if self.displacement != 0.0 and not set(components) <= set("xyz"):
             raise InputError("support: a displacement can be prescribed to x, y and z only, not "
                              f"to {', '.join(components)}")
+
+    @property
+    def directions(self):
+        """(3, 3) unit vectors that the components are along, in rows."""
+        return np.eye(3) if self.axes is None else np.array(self.axes)
+
+
+def symmetry_plane(nodes, normal):
+    """``Support`` of nodes on a symmetry plane with this ``normal`` (3,), of any length.
+
+    Their displacements stay in the plane, as do the normals of the shell, ``p . n = const``.
+
+    Raises:
+        InputError: as of ``Support``.
+    """
+    n = np.array(vector("symmetry plane: normal", normal))
+    if not np.any(n):
+        raise InputError("symmetry plane: normal must not be zero")
+    other = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+    return Support(nodes, ("x", "px"), axes=(n, other, np.cross(n, other)))
 
 
 @dataclass(frozen=True)
@@ -168,6 +196,11 @@ class Drive:
     def components(self):
         """All, as of a clamped edge."""
         return COMPONENTS
+
+    @property
+    def directions(self):
+        """(3, 3) unit vectors that the components are along, in rows: the global axes."""
+        return np.eye(3)
 
 
 def line_load(nodes, line, force, history=CONSTANT, quads=None):
@@ -228,6 +261,22 @@ def shares_of_area(nodes, quads):
 def _plain(item, **values):
     for name, value in values.items():
         object.__setattr__(item, name, value)
+
+
+def _axes(axes):
+    """Rows of orthogonal axes, as unit vectors; None for the global ones."""
+    if axes is None:
+        return None
+    rows = floats("support: axes", axes, (3, 3))
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    unit = rows / np.where(lengths > 0.0, lengths, 1.0)
+    off = np.abs(unit @ unit.T - np.eye(3)).max()
+    if off > RIGHT_ANGLE:
+        raise InputError(f"support: axes must be three orthogonal vectors, are off by {off:.2g}")
+    if np.array_equal(unit, np.eye(3)):
+        return None
+    left, _, right = np.linalg.svd(unit)  # orthogonal to rounding: the nearest that are
+    return tuple(map(tuple, (left @ right).tolist()))
 
 
 def _history(history):

@@ -37,7 +37,15 @@ from .constants import (
     recovery,
     side_by_side,
 )
-from .directors import FOLD_ANGLE, LEAST_SPREAD, Directors, find_directors, find_folds
+from .cyclic import Cyclic, Pairs, find_pairs
+from .directors import (
+    FOLD_ANGLE,
+    LEAST_SPREAD,
+    Directors,
+    find_directors,
+    find_folds,
+    vertex_normals,
+)
 from .inertia import mass_properties
 from .laminates import Section, directions_of, law_of, members_of
 from .loads import (
@@ -54,6 +62,9 @@ from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 
 LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal)
+
+ALIKE = 1e-9
+"""Differences of unit vectors that are none."""
 
 STEEPEST_COMPONENT = 0.75
 """Largest square of a single normal component that a support may hold: beyond, what is left of the
@@ -80,6 +91,7 @@ class Model:
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
+        cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
             normals at each node, Eqs. (13), (14).  On the rim and on symmetry planes of a curved
@@ -95,6 +107,7 @@ class Model:
             different plates, which meet at a junction.
         patches: (n_elem,) numbers of the plates, instead of finding them by the angle.
         directors: ``Directors``, found when the model is made.
+        pairs: ``Pairs`` of nodes on the edges of a sector; None of a whole shell.
 
     Raises:
         InputError: for anything that cannot be a shell, naming it.
@@ -118,7 +131,9 @@ class Model:
     attached: tuple = ()
     damping: Damping = None
     sections: tuple = ()
+    cyclic: Cyclic = None
     directors: Directors = field(init=False)
+    pairs: Pairs | None = field(init=False, default=None)
 
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
@@ -130,6 +145,8 @@ class Model:
             values = self._property(name)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
             _set(self, **{name: values})
+        if self.cyclic is not None:
+            instance("cyclic", self.cyclic, Cyclic)
         poisson = self._property("poisson")
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
         _set(self, poisson=poisson, directors=self._find_directors())
@@ -152,6 +169,8 @@ class Model:
         self._check_supports()
         self._check_normal_velocity()
         directions_of(self.sections, self.members, nodes[quads])
+        if self.pairs:
+            self._check_sector()
 
     @classmethod
     def of(cls, mesh, thickness=None, youngs=None, poisson=None, density=None, *, sections=(),
@@ -226,6 +245,8 @@ class Model:
                                  f"({len(self.quads)}) needed")
             _set(self, patches=patches)
         found = find_directors(self.nodes, self.quads, fold_angle, self.patches)
+        if self.cyclic:
+            found = self._joined(found)
         mean = floats("normals", found.normals, found.normals.shape)
         if self.normals is None:
             return found._replace(normals=mean)
@@ -239,7 +260,18 @@ class Model:
             one, two = normals[found.first[i]:found.first[i] + 2]
             if np.linalg.norm(np.cross(one, two)) < LEAST_SPREAD:
                 raise InputError(f"normals: the plates that meet at node {i} are given the same")
+        if self.pairs:
+            normals = self.pairs.summed(normals, self.pairs.directors)
+            length = np.linalg.norm(normals, axis=1)
         return found._replace(normals=floats("normals", normals / length[:, None], normals.shape))
+
+    def _joined(self, found):
+        """The directors ``found`` of a sector, with its neighbours' elements in the means."""
+        _set(self, pairs=find_pairs(self.cyclic, self.nodes, self.quads, found, self.fold_angle))
+        total = np.zeros(found.normals.shape)
+        np.add.at(total, found.vertices, vertex_normals(self.nodes, self.quads))
+        total = self.pairs.summed(total, self.pairs.directors)
+        return found._replace(normals=total / np.linalg.norm(total, axis=1, keepdims=True))
 
     def _nodal(self, found):
         """The normals given, those at vertices as means at the directors ``found``."""
@@ -349,12 +381,54 @@ class Model:
         for support in self.supports:
             columns = [COMPONENTS.index(component) for component in support.components]
             mask[np.ix_(list(support.nodes), columns)] = True
+        for node, (displacement, normal) in self._held.items():
+            mask[node, :3] = _along_axes(displacement)
+            mask[node, 3:] = _along_axes(normal) | (len(normal) > 1)
         return mask
+
+    @cached_property
+    def oblique(self):
+        """``{node: (of its displacement (k, 3), of its normal (l, 3))}``: orthonormal directions
+        that supports hold, where one has axes of its own and leaves something free, and of all
+        nodes on the edges of a sector, where what is held on one edge is held on both."""
+        edges = {*self.pairs.masters, *self.pairs.slaves} if self.pairs else ()
+        return {node: held for node, held in self._held.items()
+                if node in edges or len(held[0]) < 3 or len(held[1]) < 2}
+
+    @cached_property
+    def _held(self):
+        """The same with the clamped nodes."""
+        edges = [*self.pairs.masters, *self.pairs.slaves] if self.pairs else []
+        nodes = {node for support in self.supports if not _global(support)
+                 for node in support.nodes}.union(edges)
+        rows = {node: ([], []) for node in nodes}
+        for support in self.supports if nodes else ():
+            for node, component in product(nodes.intersection(support.nodes), support.components):
+                kind, k = divmod(COMPONENTS.index(component), 3)
+                rows[node][kind].append(support.directions[k])
+        for m, s in zip(self.pairs.masters, self.pairs.slaves) if self.pairs else ():
+            R = self.pairs.rotation
+            for kind in range(2):
+                rows[m][kind].extend(row @ R for row in rows[s][kind])
+                rows[s][kind][:] = [R @ row for row in rows[m][kind]]
+        return {node: tuple(map(_basis, both)) for node, both in rows.items()}
+
+    @cached_property
+    def kept(self):
+        """(n_nodes, 3) unit vector along which supports hold the normal, where this is one; zero
+        elsewhere."""
+        held = self.fixed[:, 3:]
+        kept = np.where((held.sum(axis=1) == 1)[:, None], held, 0.0)
+        for node, (_, normal) in self.oblique.items():
+            kept[node] = normal[0] if len(normal) == 1 else 0.0
+        return kept
 
     @property
     def grounded(self):
-        """Whether supports or ground springs hold the shell, so that its momenta may change."""
-        return bool(self.supports) or any(isinstance(item, GroundSpring) for item in self.attached)
+        """Whether supports, ground springs or other sectors hold the shell, so that its momenta
+        may change."""
+        return bool(self.supports or self.cyclic) or any(
+            isinstance(item, GroundSpring) for item in self.attached)
 
     @property
     def unloaded_at(self):
@@ -390,7 +464,7 @@ class Model:
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
 
     def _check_supports(self):
-        motions = {}
+        motions, axes = {}, {}
         for k, support in enumerate(self.supports):
             existing(f"support {k}: node", support.nodes, len(self.nodes))
             if isinstance(support, Drive):
@@ -402,18 +476,42 @@ class Model:
                 if motion != other:
                     raise InputError(f"node {node}: supports {first} and {k} give {component} "
                                      "different displacements or histories")
-        held = self.fixed[:, 3:]
+        for (node, _), (k, motion) in motions.items():
+            first, moves = axes.setdefault(node, (k, False))
+            axes[node] = first, moves or motion is not None
+        for k, support in enumerate(self.supports):
+            for node in support.nodes:
+                first, moves = axes[node]
+                if moves and not np.array_equal(support.directions,
+                                                self.supports[first].directions):
+                    raise InputError(f"node {node}: supports {first} and {k} have different axes, "
+                                     "so that no displacement can be prescribed there")
         first = self.directors.first
-        part = (np.diff(first) > 1) & held.any(axis=1) & ~held.all(axis=1)
-        if np.any(part):
-            raise InputError(f"node {int(np.argmax(part))}: several plates meet there, a support "
-                             "fixes px, py and pz of all of them or none")
-        single = held & (held.sum(axis=1) == 1)[:, None]
-        steep = single & (self.normals[first[:-1]]**2 > STEEPEST_COMPONENT)
+        along = np.einsum("ij,ij->i", self.normals[first[:-1]], self.kept)
+        steep = (along**2 > STEEPEST_COMPONENT) & (np.diff(first) == 1)
         if np.any(steep):
-            node, c = np.argwhere(steep)[0]
-            raise InputError(f"node {node}: its normal is nearly along {'xyz'[c]}, so that a "
-                             f"support of {COMPONENTS[3 + c]} alone fixes it: support px, py, pz")
+            node = int(np.argmax(steep))
+            axis = self.kept[node]
+            c = np.argmax(axis)
+            told, name = (("xyz"[c], COMPONENTS[3 + c]) if axis[c] == 1.0 else
+                          (f"({axis[0]:.3g}, {axis[1]:.3g}, {axis[2]:.3g})", "this component"))
+            raise InputError(f"node {node}: its normal is nearly along {told}, so that a support "
+                             f"of {name} alone fixes it: support px, py, pz")
+
+    def _check_sector(self):
+        """Initial velocities, and supports that move, are those of a sector."""
+        pairs, cyclic = self.pairs, self.cyclic
+        for name, of in (("velocity", None), ("normal_velocity", pairs.directors)):
+            if pairs.differ(getattr(self, name), of):
+                raise InputError(f"cyclic: {name} differs on the two edges of the sector")
+        for k, support in enumerate(self.supports):
+            if isinstance(support, Drive):
+                turns = any(support.rotation)
+                vectors = [support.translation, support.rotation, turns * cyclic.arms(
+                    [support.about])[0]]
+                off = [np.abs(pairs.rotation @ v - v).max() for v in np.array(vectors)]
+                if max(off) > 1e-9 * (1.0 + np.abs(vectors).max()):
+                    raise InputError(f"cyclic: support {k} does not move along and about the axis")
 
 
 @checked
@@ -436,6 +534,26 @@ def rigid_velocity(model: Model, velocity: Vector, omega: Vector,
         InputError: no ``Model``, or not three numbers.
     """
     return velocity + np.cross(omega, model.nodes - about), np.cross(omega, model.normals)
+
+
+def _global(support):
+    """Whether the components of a support are along the global axes."""
+    return np.array_equal(support.directions, np.eye(3))
+
+
+def _basis(rows):
+    """Orthonormal directions (k, 3) that span the same as unit vectors: the first where they are
+    all alike."""
+    if not rows:
+        return np.zeros((0, 3))
+    _, sizes, basis = np.linalg.svd(np.array(rows))
+    rank = np.count_nonzero(sizes > ALIKE)
+    return {1: np.array(rows[:1]), 2: basis[:2], 3: np.eye(3)}[rank]
+
+
+def _along_axes(basis):
+    """(3,) whether the global axes are among what a basis (k, 3) spans."""
+    return np.sum(basis**2, axis=0) > 1.0 - ALIKE
 
 
 def _set(model, **values):

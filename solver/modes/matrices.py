@@ -1,7 +1,7 @@
 """Sparse matrices of small motions about a state, in its translations and rotational variables."""
 
 import numpy as np
-from scipy.sparse import block_diag, coo_array, kron
+from scipy.sparse import block_diag, coo_array, eye_array, kron
 
 from ..errors import AccuracyWarning, warn
 from ..kernels.arguments import MASS_ONLY, STATIC
@@ -30,7 +30,8 @@ def stiffness(system, state, place, loads):
     K = _assembled(system, state, place, STATIC, loads)
     sizes, size = system.lengths, system.model.size
     left, *others = (np.abs(forces / sizes).sum() for forces in system.residual)
-    rounding = EPS * size * np.sum(np.abs(K.diagonal()) / sizes[free_dofs(system)] ** 2)
+    of_free = (free_basis(system) ** 2).T @ sizes
+    rounding = EPS * size * np.sum(np.abs(K.diagonal()) / of_free**2)
     if left > FEW * max(others) and left > rounding:
         warn(f"the state is no equilibrium: forces balance to {left / max(others):.1g} only",
              AccuracyWarning)
@@ -61,8 +62,8 @@ def coriolis(system, place, omega):
     by_director = _between(elements.directors, elements.rotary, len(nodes.body))
     J = rates_of_places(system, place)
     G = 2.0 * J.T @ block_diag([kron(by_node, W), kron(by_director, W)]) @ J
-    free = free_dofs(system)
-    return G.tocsr()[free][:, free]
+    T = free_basis(system)
+    return (T.T @ G @ T).tocsr()
 
 
 def rates_of_places(system, place):
@@ -82,22 +83,22 @@ def rates_of_places(system, place):
     return coo_array((values, (rows, columns)), shape=shape).tocsr()
 
 
-def free_dofs(system):
-    """Numbers of the dofs that no support holds."""
-    return np.flatnonzero(~system.dofs.fixed)
+def free_basis(system):
+    """T (n_dof, n), sparse with orthonormal columns: ``dU = T dU_free`` of the free dofs."""
+    if system.coordinates.constraints:
+        return system.coordinates.constraints.T
+    return eye_array(system.numbering.n_dof, format="csr")[:, ~system.dofs.fixed]
 
 
 def of_all(system, vectors):
     """(n_dof, k) of vectors (n, k) of the free dofs, zero at the held ones."""
-    every = np.zeros((system.numbering.n_dof, vectors.shape[1]), dtype=vectors.dtype)
-    every[free_dofs(system)] = vectors
-    return every
+    return free_basis(system) @ vectors
 
 
 def free_matrix(system):
     """The matrix that was assembled last, of the free dofs."""
-    free = free_dofs(system)
-    return system.solver.matrix().tocsr()[free][:, free].tocsc()
+    T = free_basis(system)
+    return (T.T @ system.solver.matrix() @ T).tocsc()
 
 
 def _assembled(system, state, place, factors, loads):

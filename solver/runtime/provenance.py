@@ -43,7 +43,7 @@ def fingerprint(model):
                   model.density, model.normals, model.directors.first,
                   model.directors.vertices, model.velocity, model.normal_velocity):
         digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr((model.loads, model.supports, model.attached, model.damping,
+    digest.update(repr((model.loads, model.supports, model.attached, model.damping, model.cyclic,
                         model.membrane, model.shear, *model.sections)).encode())
     return digest.hexdigest()
 

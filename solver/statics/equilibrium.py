@@ -60,8 +60,8 @@ class Equilibrium:
         check_held(model)
 
     def free(self, vector):
-        """``vector`` with zeros at held dofs."""
-        return np.where(self.system.dofs.fixed, 0.0, vector)
+        """``vector`` without what supports hold of it."""
+        return self.system.free(vector)
 
     def equilibrate(self, goal):
         """Move to equilibrium at the load factor ``goal``; returns the iterations it took.

@@ -64,12 +64,20 @@ def _held_motions(model, fixed, nodes):
     """What the six rigid motions do to the held components of some nodes, (n_held, 6); at a
     junction to those of all its normals."""
     first, centre = model.directors.first, model.nodes[nodes].mean(axis=0)
-    rows = [np.zeros((0, 6))]
-    for i in nodes[fixed[nodes].any(axis=1)]:
-        arm = (model.nodes[i] - centre) / model.size
-        rows.append(np.column_stack([np.eye(3), -_spin(arm)])[fixed[i, :3]])
+    rows, axes = [np.zeros((0, 6))], np.eye(3)
+
+    def motion(i):
+        return np.column_stack([axes, -_spin((model.nodes[i] - centre) / model.size)])
+
+    for i in nodes[fixed[nodes].any(axis=1) | np.isin(nodes, list(model.oblique))]:
+        oblique = model.oblique.get(i, (axes[:0], axes[:0]))
+        rows.append(np.concatenate([axes[fixed[i, :3]], oblique[0]]) @ motion(i))
+        held = np.concatenate([axes[fixed[i, 3:]], oblique[1]])
         for p in model.normals[first[i]:first[i + 1]]:
-            rows.append(np.column_stack([np.zeros((3, 3)), -_spin(p)])[fixed[i, 3:]])
+            rows.append(held @ np.column_stack([np.zeros((3, 3)), -_spin(p)]))
+    if model.pairs:
+        R, masters, slaves, _ = model.pairs
+        rows.extend(R @ motion(m) - motion(s) for m, s in zip(masters, slaves) if m in nodes)
     return np.concatenate(rows)
 
 

@@ -13,11 +13,15 @@ from ..errors import InputError
 from ..kernels import nodes, updates
 from ..kernels.arguments import DONE, Nodes
 from ..kernels.calls import Call
+from .constraints import constraints
 from .failure import NotConverged
 from .state import blank_state
 
 AXES = ("nodal", "global")
 """Axes of the rotational variables: following each node, or global ones (the paper's)."""
+
+STILL = 1e-9
+"""Velocity in an oblique direction, relative to the largest, that is none."""
 
 
 class Charts:
@@ -25,16 +29,21 @@ class Charts:
 
     Attributes:
         nodes: ``arguments.Nodes``.
-        fixed_component: (n_nodes,) component of the normal that must stay a variable, -1 for none.
+        kept: (n_nodes, 3) axis along which the component of the normal must stay a variable, zero
+            for none.
         fixed: (n_dof,) bool, held by a support.
+        constraints: ``Constraints``, None where every unknown is held or free by itself.
+        frames: (n_nodes, 3, 3) rows e_x, e_y, e_z of nodal frames of the model, Eq. (12).
     """
 
     def __init__(self, model, numbering, follow=True):
         self._follow = follow
-        # the nodal frame of a junction starts along the global axes, Eq. (12)
+        self.kept, self.fixed = model.kept.copy(), _fixed(model, numbering)
+        self.frames = _first_frames(model)
+        owner = np.repeat(np.arange(len(model.nodes)), np.diff(model.directors.first))
         self.nodes = Nodes(numbering.start, numbering.n_rot, model.directors.first,
-                           model.normals.copy())
-        self.fixed_component, self.fixed = _supports(model, numbering)
+                           np.einsum("dij,dj->di", self.frames[owner], model.normals))
+        self.constraints = constraints(model, numbering, self.fixed)
         self._translations, self._numbering = numbering.translations, numbering
         self._place, self._rates = Call(nodes.place_directors), Call(nodes.director_rates)
         self._advance, self._accept = Call(nodes.advance_nodes), Call(updates.accept)
@@ -53,15 +62,24 @@ class Charts:
             state.x[:] += start.displacement
             p, velocity, rates = start.directors, start.velocity, start.director_rates
         state.velocity[self._translations] = velocity
-        nodes.start_charts(self.nodes, self.fixed_component, p, rates,
-                           _frames(model.directors.first, model.normals, p), state.variables,
-                           state.chart, state.velocity)
-        moving = self.fixed & (state.velocity != 0.0)
-        if np.any(moving):
+        frames = _turned(self.frames, model.directors.first, model.normals, p)
+        nodes.start_charts(self.nodes, self.kept, p, rates, frames, state.variables, state.chart,
+                           state.velocity)
+        if self.constraints:
+            self.constraints.follow(state)
+        moving = np.abs(state.velocity - self.free(state.velocity))
+        still = STILL * np.abs(state.velocity).max() if self.constraints else 0.0
+        if np.any(moving > still):
             node = self._numbering.node_of_dof[np.argmax(moving)]
             raise InputError(f"node {node}: initial velocity of a supported component must be "
                              "zero")
+        state.velocity[:] = self.free(state.velocity)
         return state
+
+    def free(self, vector):
+        """A vector (n_dof,) without what supports hold of it."""
+        free = np.where(self.fixed, 0.0, vector)
+        return self.constraints.project(free) if self.constraints else free
 
     def place(self, state, start):
         """Directors, derivatives and rates of ``state`` into ``start``.
@@ -95,12 +113,17 @@ class Charts:
 
     def renew(self, state, dt):
         """Renew the axes for the next step of length ``dt``; how many global ones switched."""
-        return self._switch(self.nodes, self.fixed_component, self._follow, dt, state.motion)
+        switched = self._switch(self.nodes, self.kept, self._follow, dt, state.motion)
+        if self.constraints:
+            self.constraints.follow(state)
+        return switched
 
     def correct(self, state, start, correction):
         """Move a static state: nodes by displacements, normals along great circles."""
-        nodes.turn_normals(self.nodes, self.fixed_component, correction, state.variables,
-                           state.chart, start.p, start.A1)
+        nodes.turn_normals(self.nodes, self.kept, correction, state.variables, state.chart,
+                           start.p, start.A1)
+        if self.constraints:
+            self.constraints.follow(state)
         updates.move_nodes(self.nodes.start, correction, state.x, state.x_low)
 
     def largest_turn(self, start, correction):
@@ -108,30 +131,45 @@ class Charts:
         return nodes.largest_turn(self.nodes, correction, start.A1)
 
 
-def _frames(first, before, p):
-    """(n_nodes, 3, 3) rows e_x, e_y, e_z of nodal frames, along the global axes at first; those of
-    junctions turned as their directors from ``before`` to p, by least squares."""
-    frames = np.tile(np.eye(3), (len(first) - 1, 1, 1))
-    for i in np.flatnonzero(np.diff(first) > 1):
-        members = slice(first[i], first[i + 1])
-        frames[i] = Rotation.align_vectors(p[members], before[members])[0].as_matrix().T
+def _first_frames(model):
+    """(n_nodes, 3, 3) rows e_x, e_y, e_z of nodal frames: along the global axes, of a junction that
+    turns about one axis only e_x along it, and of a slave those of its master, turned."""
+    frames = np.tile(np.eye(3), (len(model.nodes), 1, 1))
+    for i in np.flatnonzero(model.kept.any(axis=1) & (np.diff(model.directors.first) > 1)):
+        e_x = model.kept[i]
+        e_y = np.cross(np.eye(3)[np.argmin(np.abs(e_x))], e_x)
+        e_y /= np.linalg.norm(e_y)
+        frames[i] = e_x, e_y, np.cross(e_x, e_y)
+    if model.pairs:
+        frames[model.pairs.slaves] = frames[model.pairs.masters] @ model.pairs.rotation.T
     return frames
 
 
-def _supports(model, numbering):
-    """Component of the normal that must stay a variable (n_nodes,), -1 for none, and held dofs.
+def _turned(frames, first, before, p):
+    """Nodal frames of junctions turned as their directors from ``before`` to p, by least
+    squares."""
+    frames = frames.copy()
+    for i in np.flatnonzero(np.diff(first) > 1):
+        members = slice(first[i], first[i + 1])
+        turn, _ = Rotation.align_vectors(p[members], before[members])
+        frames[i] = frames[i] @ turn.as_matrix().T
+    return frames
 
-    Two fixed components of a unit normal fix it altogether; a single one is kept as the first
-    rotational variable of its node.
+
+def _fixed(model, numbering):
+    """(n_dof,) bool, what supports hold by itself.
+
+    Two fixed components of a unit normal fix it altogether.  A single one is the first rotational
+    variable of a smooth node; at a junction, which turns about its axis e_x only, n and k are held.
     """
-    mask = model.fixed
-    fixed = np.zeros(numbering.n_dof, dtype=bool)
-    fixed_component = np.full(len(model.nodes), -1, dtype=np.int64)
-    for i in np.flatnonzero(mask.any(axis=1)):
+    mask, fixed = model.fixed, np.zeros(numbering.n_dof, dtype=bool)
+    kept = model.kept.any(axis=1)
+    for i in np.flatnonzero(mask.any(axis=1) | kept):
         first = numbering.start[i]
         fixed[first:first + 3] = mask[i, :3]
-        components = np.flatnonzero(mask[i, 3:])
-        if len(components) == 1:
-            fixed_component[i] = components[0]
-        fixed[first + 3:first + 3 + min(len(components), numbering.n_rot[i])] = True
-    return fixed_component, fixed
+        turning = fixed[first + 3:first + 3 + numbering.n_rot[i]]
+        if kept[i]:
+            turning[::2] = True
+        elif mask[i, 3:].any():
+            turning[:] = True
+    return fixed

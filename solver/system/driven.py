@@ -24,7 +24,7 @@ class Driven:
     def __init__(self, model, numbering, coordinates):
         self._X, self._size = model.nodes, model.size
         self._normals, self._first = model.normals, model.directors.first
-        self._fixed, self._numbering = coordinates.fixed, numbering
+        self._coordinates, self._numbering = coordinates, numbering
         self._translations = numbering.translations
         self._shifts, self._drives = {}, []
         for support in model.supports:
@@ -32,14 +32,23 @@ class Driven:
                 self._drives.append(support)
             elif support.displacement != 0.0:
                 pattern = self._shifts.setdefault(support.history, np.zeros(self._X.shape))
+                at = list(support.nodes)
                 for component in support.components:
-                    pattern[list(support.nodes), "xyz".index(component)] = support.displacement
+                    direction = support.directions["xyz".index(component)]
+                    held = np.outer(pattern[at] @ direction, direction)
+                    pattern[at] += support.displacement * direction - held
         self.moving = bool(self._shifts or self._drives)
         self._moved = np.zeros(self._X.shape, dtype=bool)
         for pattern in self._shifts.values():
             self._moved |= pattern != 0.0
         for drive in self._drives:
             self._moved[list(drive.nodes)] = True
+        if coordinates.constraints:  # the others of these nodes move with one of their components
+            oblique = coordinates.constraints.nodes
+            self._moved[oblique] = self._moved[oblique].any(axis=1)[:, None]
+        if model.pairs and any(map(model.pairs.differ, self._shifts.values())):
+            raise InputError("cyclic: displacements are prescribed differently on the two edges of "
+                             "the sector")
 
     def increment(self, state, value):
         """Increments (n_dof,) that take the supports from ``state`` to where they are for
@@ -71,7 +80,8 @@ class Driven:
                 d, spin = self._first[i], None
                 arc = _arc(start.p[d], turn.apply(self._normals[d].copy()))
                 if self._numbering.n_rot[i] == 3:
-                    arc = spin = (turn * _frame(state, i).inv()).as_rotvec()
+                    first = Rotation.from_matrix(self._coordinates.frames[i].T)
+                    arc = spin = (turn * first * _frame(state, i).inv()).as_rotvec()
                 if np.linalg.norm(arc) > STILL:
                     self._turn_node(correction, state, start, i, arc, spin)
         return correction if np.any(correction) else None
@@ -109,7 +119,7 @@ class Driven:
             places = [self.increment(state, at(time + k * h)) for k in (-1, 0, 1, 2)]
             rates = (places[2] - places[0]) / (2.0 * h) if time > h else (
                 4.0 * places[2] - 3.0 * places[1] - places[3]) / (2.0 * h)
-            state.velocity[self._fixed] = rates[self._fixed]
+            state.velocity[:] = self._coordinates.free(state.velocity) + rates
 
     def check(self, state, value):
         """Raise ``InputError`` where the supports of ``value(history)`` are not where ``state``
@@ -131,7 +141,9 @@ class Driven:
             at = list(drive.nodes)
             goal[at] = (drive.about + self._turn(drive, value).apply(self._X[at] - drive.about)
                         + value(drive.history) * np.array(drive.translation))
-        return np.where(self._moved, (goal - state.x) - state.x_low, 0.0)
+        u = np.zeros(self._numbering.n_dof)
+        u[self._translations] = np.where(self._moved, (goal - state.x) - state.x_low, 0.0)
+        return (u - self._coordinates.free(u))[self._translations]
 
     @staticmethod
     def _turn(drive, value):
@@ -141,8 +153,8 @@ class Driven:
         """Rotational variables of a node that is turned as a rigid body, Eqs. (5), (11)."""
         if self._numbering.n_rot[i] == 2:
             return triad[:2] @ turn.apply(self._normals[self._first[i]].copy())
-        e = turn.as_matrix()  # columns e_x, e_y, e_z: the nodal frame starts along global axes
-        return np.array([triad[0] @ e[:, 1], triad[1] @ e[:, 1], triad[0] @ e[:, 2]])
+        _, e_y, e_z = turn.apply(self._coordinates.frames[i])
+        return np.array([triad[0] @ e_y, triad[1] @ e_y, triad[0] @ e_z])
 
 
 def _arc(p, goal):

@@ -216,6 +216,35 @@ class UnsymmetricLU:
         return self._factor.solve(rhs)
 
 
+class Constrained:
+    """SuperLU of ``T^T K T``, for solutions in the range of T: ``x = T (T^T K T)^-1 T^T r``."""
+
+    def __init__(self, solver, T):
+        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``T``: see
+        ``constraints``."""
+        self.name = f"{solver.name}, constrained"
+        self._solver, self._T, self._factor = solver, T, None
+        self.storages, self.storage = solver.storages, solver.storage
+        self.values, self.skew = solver.values, solver.skew
+
+    def matrix(self):
+        """The assembled matrix, of all unknowns."""
+        return self._solver.matrix()
+
+    def factor(self):
+        """Factorize the matrix, see the module."""
+        reduced = (self._T.T @ self.matrix() @ self._T).tocsc()
+        if self.skew.size:
+            self._factor = _superlu(reduced)
+            return None
+        self._factor, negative = diagonal_lu(reduced)
+        return negative
+
+    def solve(self, rhs):
+        """A new vector (n_dof,), see the module."""
+        return self._T @ self._factor.solve(self._T.T @ rhs)
+
+
 def make_solver(name, numbering):
     """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks the fastest: the
     skyline where its rows are short beside the longest, else banded Cholesky, and SuperLU for the

@@ -97,8 +97,8 @@ class FollowerPressure:
 
 
 class NormalCouples:
-    """Moments about the normals of smooth nodes, shared alike by the elements around them; those at
-    clamped nodes go to the support.
+    """Moments about the normals of smooth nodes, shared alike by the elements around them, on an
+    edge of a sector by those on the other as well; those at clamped nodes go to the support.
 
     Attributes:
         cells: (n, 4) nodes of these elements, the one with the moment first.
@@ -107,6 +107,9 @@ class NormalCouples:
 
     def __init__(self, model):
         patterns = _moments(model)
+        if model.pairs:
+            patterns = {history: model.pairs.summed(pattern)
+                        for history, pattern in patterns.items()}
         loaded = np.zeros(len(model.nodes), dtype=bool)
         for pattern in patterns.values():
             loaded |= np.any(pattern != 0.0, axis=1)
@@ -116,7 +119,11 @@ class NormalCouples:
         self.cells = np.ascontiguousarray(model.quads[elements[:, None], around % 4])
         nodes = self.cells[:, 0]
         self.nodes = np.unique(nodes)
-        shares = 1.0 / np.bincount(nodes, minlength=len(model.nodes))[nodes, None]
+        counts = np.bincount(nodes, minlength=len(model.nodes))
+        if model.pairs:
+            _, one, other, _ = model.pairs
+            counts[one] = counts[other] = counts[one] + counts[other]
+        shares = 1.0 / counts[nodes, None]
         self._patterns = {history: shares * pattern[nodes]
                           for history, pattern in patterns.items()}
 

@@ -90,10 +90,12 @@ class Supported:
         """``fixed``: (n_dof,) bool."""
         directors = model.directors
         self._dofs, self._shape = numbering.translations, model.nodes.shape
-        self._held = fixed[self._dofs]
         turning = fixed.copy()
         turning[self._dofs] = False
-        self._nodes = np.unique(numbering.node_of_dof[turning])
+        nodes = numbering.node_of_dof[turning]
+        if model.pairs:  # at the edges of a sector neighbours turn the normals
+            nodes = np.concatenate([nodes, model.pairs.masters, model.pairs.slaves])
+        self._nodes = np.unique(nodes)
         counts = np.diff(directors.first)[self._nodes]
         self._begins = np.cumsum(counts) - counts
         self._directors = np.concatenate([np.zeros(0, dtype=np.int64), *(
@@ -106,7 +108,7 @@ class Supported:
     def reactions(self, residual, work, x, moments, ends=None):
         """``Reactions`` at an iterate.
 
-        ``R = M U_ddot + F_int - F_ext`` at held components, and at nodes with a held normal
+        ``R = M U_ddot + F_int - F_ext`` as far as it is held, and at nodes with a held normal
         ``M = sum_d p_d x f_d - M_ext``, with the inertial and internal forces f_d on the normals.
 
         Args:
@@ -117,7 +119,7 @@ class Supported:
             ends: (2, n_directors, 3) normals at the end and the start of the step, where T is the
                 average of both.
         """
-        forces = np.where(self._held, -residual.unmasked[self._dofs], 0.0)
+        forces = (residual.balance - residual.unmasked)[self._dofs]
         total, at = np.zeros(self._shape), self._directors
         if len(at):
             p = work.p_mid[at]

@@ -20,7 +20,7 @@ from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .linear import UnsymmetricLU, make_solver, solve_mass
+from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
 from .reactions import Resultant, Supported
@@ -48,6 +48,7 @@ class System:
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
         driven: ``Driven``, the motion of the supports.
+        supported: whether supports, or the neighbours of a sector, hold anything.
         floating: whether nothing holds the shell: no support, no spring to the ground.
         translations: (n_nodes, 3) dofs of the displacements.
         nodal_mass: (n_nodes,) lumped masses [kg].
@@ -66,7 +67,8 @@ class System:
         cells = [item.cells for item in (*self._items, *self._springs)]
         self.numbering = number_dofs((model.quads, *cells), n_rot)
         self.coordinates = Charts(model, self.numbering, follow)
-        fixed = self.coordinates.fixed
+        fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
+        self.supported = bool(fixed.any()) or constraints is not None
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
@@ -74,8 +76,12 @@ class System:
         self.all_dead = not (self._items or self._dead.any_moment)
         if full_tangent and not self.all_dead:
             self.solver = UnsymmetricLU(self.numbering)
+        elif constraints:
+            self.solver = SuperLU(self.numbering)
         else:
             self.solver = make_solver(solver, self.numbering)
+        if constraints:
+            self.solver = Constrained(self.solver, constraints.T)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
@@ -113,7 +119,7 @@ class System:
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
             state.acceleration[:] = solve_mass(self.solver, self.residual.balance)
-            state.acceleration[self.dofs.fixed] = 0.0
+            state.acceleration[:] = self.free(state.acceleration)
         return state
 
     def loads(self, time):
@@ -126,7 +132,11 @@ class System:
 
     def work_of_supports(self, delta):
         """Work of the reactions in the increment ``delta`` that was assembled last [J]."""
-        return -float(self.residual.unmasked[self.dofs.fixed] @ delta[self.dofs.fixed])
+        return float((self.residual.balance - self.residual.unmasked) @ delta)
+
+    def free(self, vector):
+        """A vector (n_dof,) without what supports hold of it."""
+        return self.coordinates.free(vector)
 
     def factorize(self):
         """Factorize the matrix of the last iterate.
@@ -202,6 +212,8 @@ class System:
             self.residual, self._work)
         if lost != DONE:
             raise NotConverged(f"a normal of node {lost} leaves the chart of its variables")
+        if self.coordinates.constraints:
+            self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
         if tangent and (self._springs or not self.all_dead):
             self._add_items(Iterate(state, step, delta), loads)
 

@@ -1,0 +1,99 @@
+"""Linear constraints of increments, ``dU = T dU_free``: oblique supports, edges of a sector.
+
+T is constant: rotational variables are components along axes that the support keeps
+(``Model.kept``), and those of the one edge of a sector along the axes of the other, turned
+(``Constraints.follow``).  Its columns are orthonormal, its rows at held dofs zero.  Kernels, states
+and residuals stay in global axes; what supports do is what ``T T^T`` takes from a residual.
+"""
+
+import numpy as np
+from scipy.sparse import coo_array
+
+ZERO = 1e-15
+"""Components of unit vectors below this are rounding."""
+
+
+class Constraints:
+    """What supports with axes of their own, and the edges of a sector, leave free.
+
+    Attributes:
+        T: (n_dof, n_free) sparse.
+        nodes: those that it does not leave to themselves.
+    """
+
+    def __init__(self, model, numbering, fixed):
+        """``fixed``: (n_dof,) bool, unknowns that are held each by itself."""
+        self.nodes, self._pairs = np.array(sorted(model.oblique)), model.pairs
+        if self._pairs:
+            self._variables = [np.concatenate([_variables(numbering, i) for i in side])
+                               for side in (self._pairs.masters, self._pairs.slaves)]
+        self.T = _columns(_blocks(model, numbering, fixed), fixed)
+
+    def project(self, vector):
+        """The part of a vector (n_dof,) that is free."""
+        return self.T @ (self.T.T @ vector)
+
+    def follow(self, state):
+        """Give the slaves of a sector the charts of their masters, turned, and their variables and
+        rates."""
+        if self._pairs:
+            R, masters, slaves, _ = self._pairs
+            state.chart[slaves] = state.chart[masters] @ R.T
+            state.variables[slaves] = state.variables[masters]
+            one, other = self._variables
+            state.velocity[other] = state.velocity[one]
+            state.acceleration[other] = state.acceleration[one]
+
+
+def constraints(model, numbering, fixed):
+    """``Constraints`` of a model; None where every unknown is held or free by itself."""
+    return Constraints(model, numbering, fixed) if model.oblique else None
+
+
+def _blocks(model, numbering, fixed):
+    """(unknowns, orthonormal columns of T there) of every node that has some."""
+    start, slave_of = numbering.start, {}
+    if model.pairs:
+        R = model.pairs.rotation
+        slave_of = dict(zip(model.pairs.masters, model.pairs.slaves))
+    for i in model.oblique.keys() - slave_of.values():
+        N, dofs = _complement(model.oblique[i][0]), start[i] + np.arange(3)
+        if i not in slave_of:
+            yield dofs, N
+            continue
+        s = slave_of[i]
+        yield (np.r_[dofs, start[s] + np.arange(3)], np.sqrt(0.5) * np.concatenate([N, R @ N]))
+        turning = np.stack([_variables(numbering, i), _variables(numbering, s)])
+        turning = turning[:, ~fixed[turning[0]]]
+        yield turning.ravel(), np.sqrt(0.5) * np.tile(np.eye(turning.shape[1]), (2, 1))
+
+
+def _columns(blocks, fixed):
+    """T of its blocks, and of the unknowns that are in none and free."""
+    blocks, alone = list(blocks), ~fixed
+    for dofs, _ in blocks:
+        alone[dofs] = False
+    rows, columns, values = [np.flatnonzero(alone)], [np.arange(alone.sum())], [
+        np.ones(alone.sum())]
+    n = len(rows[0])
+    for dofs, N in blocks:
+        row, column = np.nonzero(N)
+        rows.append(dofs[row])
+        columns.append(n + column)
+        values.append(N[row, column])
+        n += N.shape[1]
+    places = np.concatenate(rows), np.concatenate(columns)
+    return coo_array((np.concatenate(values), places), shape=(len(fixed), n)).tocsr()
+
+
+def _variables(numbering, i):
+    """Numbers of the rotational variables of a node."""
+    return numbering.start[i] + 3 + np.arange(numbering.n_rot[i])
+
+
+def _complement(directions):
+    """(3, f) orthonormal columns at right angles to orthonormal ``directions`` (k, 3)."""
+    if not len(directions):
+        return np.eye(3)
+    N = np.linalg.svd(directions)[2][len(directions):].T
+    return np.where(np.abs(N) > ZERO, N, 0.0)
