@@ -158,6 +158,8 @@ def _given(model, mesh, load):
     value, normals = load.value.value, None
     if load.kind == "gravity":
         at = model.centre[None]
+    elif load.kind == "centrifugal":
+        at = np.array([load.about.value if load.about else (0.0, 0.0, 0.0)])
     elif load.kind == "pressure" or load.surface:
         at, normals = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
         if load.kind == "pressure":

@@ -21,8 +21,10 @@ from corovec import (
     Scheme,
     Settings,
     Spring,
+    Steps,
     Support,
     TimeFunction,
+    buckling,
     foundation,
     load_control,
     rigid_velocity,
@@ -348,3 +350,65 @@ def test_a_moment_about_a_sprung_normal():
     corner = int(np.argmax(mesh.nodes[:, 1] * (mesh.nodes[:, 0] == 0.0)))
     angle = np.arctan2(u[corner, 2], 1.0 + u[corner, 1])
     assert 1.0 * np.sin(angle) == pytest.approx(0.3, rel=1e-3)
+
+
+def test_springs_of_the_ground_are_reactions():
+    """Loads are the weight alone; what the ground does is a reaction, in statics and motion."""
+    model, _, tip = strip(attached=[GroundSpring(4, (0.0, 0.0, 50.0), turning=0.1)],
+                          loads=[Gravity((0.0, 0.0, -9.81))])
+    weight = 9.81 * model.mass
+    linear, path = solve_linear(model), load_control(model, [1.0])
+    run = simulate(model, Settings(dt=0.01, end_time=0.1, newton=TIGHT))
+    assert path.load[-1, 2] == pytest.approx(-weight) and run.history["load"][-1, 2] == (
+        pytest.approx(-weight))
+    for reactions in (linear.reactions, path.reactions[-1]):
+        assert reactions[:, 2].sum() == pytest.approx(weight, rel=1e-9) and reactions[4, 2] != 0.0
+    for result in (linear, path, run):
+        assert result.balance.forces < 1e-8 and result.balance.moments < 1e-6
+
+
+def test_rigid_moves_and_foundations_give_no_alarm():
+    mesh = rectangle(1.0, 0.5, (2, 1))
+    on_ground = Model(mesh.nodes, mesh.quads, 0.02, 1e8, 0.3, 1000.0,
+                      attached=foundation(mesh.nodes, mesh.quads, (1e2, 1e2, 1e3)),
+                      loads=[Gravity((0.0, 0.0, -9.81))])
+    path = load_control(on_ground, [1.0])
+    assert path.displacement[-1, :, 2] == pytest.approx([-0.1962] * 6, rel=1e-9)
+    turned = Model(mesh.nodes, mesh.quads, 0.02, 1e8, 0.3, 1000.0,
+                   supports=[Drive((0, 3), rotation=(0.0, np.pi, 0.0))])
+    moved = load_control(turned, [1.0]).displacement[-1] + mesh.nodes
+    assert np.allclose(moved, mesh.nodes * (-1.0, 1.0, -1.0), atol=1e-9)
+    with pytest.raises(InputError, match="cause no stress"):
+        buckling(turned, 1)
+
+
+@pytest.mark.parametrize("history, message", [
+    (Expression("1 / t"), "support 0: its time function is inf at t = 0 s"),
+    (Steps((0.0, 0.05), (0.0, 1.0)), "support 0: its time function jumps at t = 0.05 s")])
+def test_supports_do_not_jump(history, message):
+    model, root, _ = strip(supports=[])
+    driven = Model(**{**fields(model), "supports": [
+        Drive(tuple(root), translation=(0.0, 0.0, 1.0), history=history)]})
+    with pytest.raises(InputError, match=message):
+        simulate(driven, Settings(dt=0.01, end_time=0.1))
+
+
+def test_functions_that_are_not_finite_in_statics():
+    model, _, tip = strip()
+    for options in ({"loads": [Gravity((0.0, 0.0, -1.0), Expression("sqrt(0.7 - t)"))]},
+                    {"supports": [*model.supports, Support(tuple(tip), ("z",), 0.1,
+                                                           Expression("sqrt(0.7 - t)"))]}):
+        wrong = Model(**{**fields(model), **options})
+        with pytest.raises(InputError, match="is nan at load factor 1"):
+            load_control(wrong, [0.5, 1.0])
+        with pytest.raises(InputError, match="is nan at load factor 1"):
+            solve_linear(wrong)
+
+
+def test_two_drives_may_be_alike():
+    mesh = rectangle(1.0, 0.5, (2, 1))
+    one, other = (Drive(nodes, translation=(0.0, 0.0, 0.1)) for nodes in ((0, 3), (3, 1)))
+    Model(mesh.nodes, mesh.quads, 0.02, 1e8, 0.3, 1000.0, supports=[one, other])
+    with pytest.raises(InputError, match="supports 0 and 1 give"):
+        Model(mesh.nodes, mesh.quads, 0.02, 1e8, 0.3, 1000.0,
+              supports=[one, Drive((3,), translation=(0.0, 0.0, 0.2))])

@@ -12,7 +12,7 @@ from ..kernels.calls import Call
 from ..model.constants import in_surface, recovery
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
-from ..results.stresses import turned, turned_vector
+from ..results.stresses import directions, turned, turned_vector
 
 MOST_PROBES = 100
 """Each takes 48 bytes a step, of stress 88."""
@@ -49,7 +49,8 @@ class StressProbe:
     def __post_init__(self):
         object.__setattr__(self, "at", _place("at", self.at))
         if self.axes is not None:
-            object.__setattr__(self, "axes", vector("axes", self.axes))
+            given = directions("axes", vector("axes", self.axes))
+            object.__setattr__(self, "axes", tuple(given.tolist()))
 
 
 @dataclass(frozen=True)

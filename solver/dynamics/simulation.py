@@ -8,7 +8,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
-from ..model.loads import Centrifugal
+from ..model.histories import Steps
+from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
 from ..results.files import output_path
 from ..results.recorder import Recorder
@@ -85,6 +86,7 @@ def check_run(model, settings, probes):
             raise InputError(f"load {k}: centrifugal forces are those of a frame that turns, of "
                              "statics and modes; a shell in motion has them by its velocity, see "
                              "rigid_velocity")
+    _check_supports(model, settings)
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_impulses(model, settings)
@@ -227,6 +229,25 @@ def _check_memory(model, settings, row):
     check_memory(f"the history of {steps} steps",
                  steps * (row.itemsize + SAMPLE) + (frames * FRAME if settings.frame_every else 0))
     check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
+
+
+def _check_supports(model, settings):
+    """Functions of time of supports that move are finite, and do not jump."""
+    times = settings.dt * np.arange(settings.n_steps + 1)
+    for k, support in enumerate(model.supports):
+        if not (isinstance(support, Drive) or support.displacement):
+            continue
+        for history in {support.history, getattr(support, "turning", support.history)}:
+            with np.errstate(all="ignore"):
+                values = history(times)
+            if not np.all(np.isfinite(values)):
+                bad = np.argmin(np.isfinite(values))
+                raise InputError(f"support {k}: its time function is {values[bad]} at t = "
+                                 f"{times[bad]:g} s")
+            if isinstance(history, Steps) and np.any(np.diff(values)):
+                raise InputError(f"support {k}: its time function jumps at t = "
+                                 f"{times[np.argmax(np.diff(values) != 0.0) + 1]:g} s, a support "
+                                 "cannot: give the points of a ramp")
 
 
 def _check_impulses(model, settings):

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from ..checks import shown
 from ..errors import InputError
+from ..names import printable
 from ..signatures import File, checked
 from .model_file import ModelFile, keys
 
@@ -117,6 +118,11 @@ def _message(error):
         return _unknown(place[-1])
     if kind == "missing":
         return "is missing"
+    if kind == "union_tag_not_found":
+        return f"{error['ctx']['discriminator']} is missing".replace("'", "")
+    if kind == "union_tag_invalid":
+        tags = error["ctx"]["expected_tags"].replace("'", "")
+        return f"kind must be one of {tags}, is '{printable(error['ctx']['tag'])}'"
     if kind == "list_type" and isinstance(given, dict):
         return f"must be a list of tables, write [[{'.'.join(map(str, place))}]]"
     wanted = {"list_type": "a list", "tuple_type": "a list", "dict_type": "a table",

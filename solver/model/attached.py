@@ -138,8 +138,9 @@ class Damping:
     """Damping of the shell, after Rayleigh: ``2 zeta = mass / w + stiffness w`` of a mode of w.
 
     The stiffness part is viscous in the co-rotated strains, ``s = D (e + stiffness de/dt)``: rigid
-    motion is free of it, momenta stay.  The mass part acts on ``v - v_rigid`` of a free shell, the
-    rigid motion with its momenta, and on v of one with supports or ground springs.
+    motion is free of it, momenta stay; springs and foundations have none.  The mass part acts on
+    ``v - v_rigid`` of a free shell, the rigid motion with its momenta, and on v of one with
+    supports or ground springs.
 
     Attributes:
         mass: [1/s].

@@ -468,7 +468,7 @@ class Model:
         for k, support in enumerate(self.supports):
             existing(f"support {k}: node", support.nodes, len(self.nodes))
             if isinstance(support, Drive):
-                motion = k
+                motion = replace(support, nodes=(0,))
             else:
                 motion = (support.displacement, support.history) if support.displacement else None
             for node, component in product(support.nodes, support.components):

@@ -89,6 +89,8 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     if not np.any(response):
         raise InputError("buckling needs a load that is not zero where no support holds")
     equilibrium.predict(response)
+    if not equilibrium.strained(response):
+        raise InputError("the loads cause no stress: nothing can buckle")
     equilibrium.assemble(factor + 1.0, mixed=True)
     K_g = symmetric(system, free_matrix(system)) - K
     values, vectors = most_negative(K_g, K, n, held.solve)

@@ -21,7 +21,7 @@ DYNAMICS = np.dtype([
 ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes), ``load`` and ``reaction``
 are the forces of all loads and of all supports at the generalized midpoint of the step that ends
 there, ``load_moment`` and ``reaction_moment`` their moments about the origin, all zero in the first
-row; springs to the ground and damping count among the loads."""
+row; springs to the ground and damping of a shell that is held count among the reactions."""
 
 STATICS = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("load", "f8", 3), ("load_moment", "f8", 3),

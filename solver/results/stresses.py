@@ -148,14 +148,16 @@ class Stresses:
         return replace(self, n=n, m=m, q=q, axes=axes, thickness=thickness, vertices=None)
 
 
-def _directions(name, value):
-    """A direction (3,), or one for each element, (n_elem, 3)."""
+def directions(name, value):
+    """A direction (3,), or one for each element, (n_elem, 3); the largest component is 1."""
     rows = np.ndim(plain_array(name, value, "3")) == 2
-    return floats(name, value, (None, 3)) if rows else np.array(vector(name, value))
+    given = floats(name, value, (None, 3)) if rows else np.array(vector(name, value))
+    largest = np.abs(given).max(axis=-1, keepdims=True)
+    return given / np.where(largest > 0.0, largest, 1.0)
 
 
 @checked
-def stresses(model: Model, state: Configuration, axes: Annotated[np.ndarray, _directions] = None):
+def stresses(model: Model, state: Configuration, axes: Annotated[np.ndarray, directions] = None):
     """Stresses at the centres of all elements.
 
     Args:

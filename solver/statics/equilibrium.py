@@ -223,5 +223,13 @@ class Equilibrium:
         updates.predict_strains(self.system.elements, self.system.dofs.nodes, self.state.motion,
                                 self.place.start, correction, self._predictions)
 
+    def strained(self, motion):
+        """Whether the strains predicted for a ``motion`` are more than its rounding errors."""
+        system, place = self.system, self.place.start
+        changes = (self._predictions.b - place.b, self._predictions.e - place.e)
+        size = np.abs(system.lengths * motion).max() / system.model.size
+        return sum(float(np.sum(change**2)) for change in changes) > (
+            1e6 * size**2 * system.roundoff_work(0.0))
+
     def _factorize(self):
         self.pivots.append(self.system.factorize())

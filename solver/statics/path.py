@@ -7,9 +7,13 @@ import numpy as np
 from ..errors import AccuracyWarning, StabilityWarning, warn
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
+from ..system.loads import at_factor
 from ..system.rounding import FEW
 from .equilibrium import Equilibrium
 from .result import Rows, StaticResult
+
+MOVED = 1e3
+"""Times the energy of rounded strains: below it a shell without loads has moved as a rigid body."""
 
 
 class Path:
@@ -107,10 +111,17 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        largest = max(applied, unmasked, self._heat)
-        if left > FEW * largest:
+        springs = self._sum(system.inner_forces)
+        largest = max(applied, unmasked, springs, self._heat)
+        moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
+        if left > FEW * largest and not (moved and springs == 0.0 and not self._loaded(factor)):
             warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
                  "reactions have few digits", AccuracyWarning)
+
+    def _loaded(self, factor):
+        """Whether any load acts."""
+        loads = self.equilibrium.system.loads_by(at_factor(factor))
+        return any(np.any(forces) for forces in (*loads.dead[:2], *loads.items))
 
     def _sum(self, forces):
         """Sum of the magnitudes of generalized forces, moments by the size of the shell [N]."""

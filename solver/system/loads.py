@@ -3,12 +3,13 @@
 An item adds its forces and its matrix at an iterate, on cells of nodes of its own.
 """
 
+import math
 from collections import defaultdict
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import warn
+from ..errors import InputError, warn
 from ..kernels import centrifugal, couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
@@ -212,14 +213,21 @@ def _held(load, fixed):
 
 
 def at_time(time):
-    """Value of a function of time, for ``at``."""
-    return lambda history: history(time)
+    """Value of a function of time, for ``at``; an ``InputError`` where it is not finite."""
+    return lambda history: _finite(history(time), f"t = {time:g} s")
 
 
 def at_factor(factor):
     """The same for a static load factor: a constant load is multiplied by it, any other taken at
     it."""
-    return lambda history: factor if history == CONSTANT else history(factor)
+    return lambda history: factor if history == CONSTANT else _finite(
+        history(factor), f"load factor {factor:g}")
+
+
+def _finite(value, at):
+    if not math.isfinite(value):
+        raise InputError(f"a function of time of a load or a support is {value} at {at}")
+    return value
 
 
 def unloaded(history):

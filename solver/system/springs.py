@@ -11,7 +11,10 @@ class AxialSprings:
 
     Attributes:
         cells: (n, 2) nodes.
+        grounded: whether the ground pulls.
     """
+
+    grounded = False
 
     def __init__(self, model, given):
         self.cells = np.array([(item.node, item.other) for item in given])
@@ -46,7 +49,10 @@ class GroundSprings:
 
     Attributes:
         cells: (n, 1) nodes.
+        grounded: whether the ground pulls.
     """
+
+    grounded = True
 
     def __init__(self, model, given):
         self.cells = np.array([[item.node] for item in given])
@@ -86,14 +92,17 @@ class TurningSprings:
         self._p_0 = model.normals
         self.forces = self._stiffness[:, None] * model.normals
 
-    def stiffness_times(self, nodes, A1, motion):
-        """``k_t A1^T A1 dn`` of a motion (n_dof,), at p = p_0."""
-        product = np.zeros_like(motion)
+    def linear(self, nodes, start, motion):
+        """Forces ``-k_t A1^T dp`` (n_dof,) by a small motion dp = A1 dn from p_0, and their moments
+        ``-k_t p_0 x dp`` (n_nodes, 3)."""
+        forces, moments = np.zeros_like(motion), np.zeros((len(nodes.start), 3))
         for d in np.flatnonzero(self._stiffness):
             i = np.searchsorted(nodes.first, d, side="right") - 1
-            at = slice(nodes.start[i] + 3, nodes.start[i] + 5)
-            product[at] = self._stiffness[d] * A1[d, :, :2].T @ (A1[d, :, :2] @ motion[at])
-        return product
+            at, A1 = slice(nodes.start[i] + 3, nodes.start[i] + 5), start.A1[d, :, :2]
+            pull = -self._stiffness[d] * (A1 @ motion[at])
+            forces[at] = A1.T @ pull
+            moments[i] = np.cross(start.p[d], pull)
+        return forces, moments
 
     def energy(self, p):
         """``1/2 sum k_t |p - p_0|^2`` of the normals p (n_directors, 3) [J]."""

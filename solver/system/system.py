@@ -23,7 +23,7 @@ from .failure import NotConverged
 from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
-from .reactions import Resultant, Supported
+from .reactions import Reactions, Resultant, Supported
 from .rounding import EPS
 from .state import blank_place
 
@@ -48,12 +48,14 @@ class System:
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
         driven: ``Driven``, the motion of the supports.
-        supported: whether supports, or the neighbours of a sector, hold anything.
+        supported: whether supports, springs to the ground or the neighbours of a sector hold
+            anything.
         floating: whether nothing holds the shell: no support, no spring to the ground.
         translations: (n_nodes, 3) dofs of the displacements.
         nodal_mass: (n_nodes,) lumped masses [kg].
         lengths: (n_dof,) 1 of a displacement, the shell's size [m] of a rotational variable: their
             products are of one unit.
+        inner_forces: (n_dof,) of springs and damping in the last iterate.
         factorizations: how many there have been, by which a kept one is known.
     """
 
@@ -68,7 +70,7 @@ class System:
         self.numbering = number_dofs((model.quads, *cells), n_rot)
         self.coordinates = Charts(model, self.numbering, follow)
         fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
-        self.supported = bool(fixed.any()) or constraints is not None
+        self.supported = bool(fixed.any()) or constraints is not None or model.grounded
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
@@ -91,7 +93,8 @@ class System:
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
         self._inner = bool(self._springs or self.damping)
-        self._inner_forces = np.zeros(self.numbering.n_dof)
+        self._turned = 0.0
+        self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
         self._resultant = Call(observation.resultant)
         self._work = nodal_work(len(model.nodes), len(model.normals))
@@ -198,12 +201,15 @@ class System:
         delta = np.ascontiguousarray(delta, dtype=float)
         if self._items or self._inner:
             iterate = Iterate(state, step, delta)
-            self._inner_forces[:] = 0.0
+            self.inner_forces[:] = self._ground_forces[:] = 0.0
             for spring in self._springs:
-                spring.add_forces(self.dofs, iterate, self._inner_forces)
+                spring.add_forces(self.dofs, iterate, self._ground_forces if spring.grounded
+                                  else self.inner_forces)
             if self.damping:
-                self.damping.add_forces(iterate, self._inner_forces)
-            dead = dead._replace(forces=dead.forces + self._inner_forces)
+                self.damping.add_forces(iterate, self.inner_forces if self.floating
+                                        else self._ground_forces)
+            self.inner_forces += self._ground_forces
+            dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
                 item.add_forces(self.dofs, iterate, values, dead.forces)
         lost = self._step(
@@ -221,20 +227,30 @@ class System:
         """(n_dof,) generalized forces of the loads in the iterate that was assembled last."""
         if self.all_dead:
             return loads.dead.forces
-        return self.residual.applied - self._inner_forces
+        return self.residual.applied - self.inner_forces
 
     def reactions(self, state, place, step, loads, averaged=False):
         """``Reactions`` of the iterate that was assembled last, of the same arguments; forces and
-        moments are those of the generalized midpoint."""
+        moments are those of the generalized midpoint.  Springs to the ground, and damping of a
+        shell that is held, are among them."""
         work = self._work
         x = state.x + (1.0 - step.alpha_f) * work.dx
-        return self._supported.reactions(self.residual, work, x, loads.dead.moments,
-                                         (work.p_end, place.start.p) if averaged else None)
+        found = self._supported.reactions(self.residual, work, x, loads.dead.moments,
+                                          (work.p_end, place.start.p) if averaged else None)
+        if not self._inner:
+            return found
+        forces = self._ground_forces[self.translations]
+        moments = np.add.reduceat(np.cross(work.p_mid, loads.dead.on_normals),
+                                  self.model.directors.first[:-1]) + self._turned
+        return Reactions(found.forces + forces, found.moments + moments,
+                         found.force + forces.sum(axis=0),
+                         found.moment + (np.cross(x, forces) + moments).sum(axis=0))
 
     def forces_of_springs(self, state, start, motion):
         """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from ``state``:
-        their derivative, as a difference over ``SMALL`` of the shell's size."""
-        change = -self._turning.stiffness_times(self.dofs.nodes, start.A1, motion)
+        their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
+        are among the next ``reactions``."""
+        change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size
@@ -244,17 +260,16 @@ class System:
                     spring.add_forces(self.dofs, Iterate(state, STATIC, sign * part * motion),
                                       forces)
                     change += 2.0 * sign * forces / part
+                    if spring.grounded:
+                        self._ground_forces += 2.0 * sign * forces / part
         return change
 
     def resultant_of_loads(self, state, step, delta, loads):
-        """``Resultant`` of the loads, of springs to the ground and of damping at the generalized
-        midpoint of an increment; but for dead forces alone of the iterate that was assembled last,
-        of the same arguments."""
-        forces = loads.dead.forces if self.all_dead and not self._inner else self.residual.applied
-        total = self._resultant(self.numbering.start, state.x, delta, 1.0 - step.alpha_f, forces)
+        """``Resultant`` of the loads at the generalized midpoint of an increment; but for dead
+        forces alone of the iterate that was assembled last, of the same arguments."""
+        total = self._resultant(self.numbering.start, state.x, delta, 1.0 - step.alpha_f,
+                                self.applied(loads))
         force, moment = total[:3], total[3:]
-        if self._inner:
-            moment += np.cross(self._work.p_mid, loads.dead.on_normals).sum(axis=0)
         if not self.all_dead:
             moment += loads.dead.moments.sum(axis=0)
             for item in self._items:
