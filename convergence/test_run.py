@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 
 from corovec import (
+    Cyclic,
     Damping,
     InputError,
+    Lamina,
+    Laminate,
     Model,
     Newton,
     NodalLoad,
+    Ply,
     PointMass,
     Scheme,
+    Section,
     Settings,
     Support,
     TimeFunction,
@@ -35,7 +40,8 @@ MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 
          "loads": [NodalLoad(0, (0, 0, 2), TimeFunction((0, 1), (1, 0)))],
          "supports": [Support((0,), ("x",))], "normals": [(0.6, 0.0, 0.8)] * 4,
          "velocity": np.ones((4, 3)), "normal_velocity": [(1, 0, 0)] * 4, "membrane": "strain",
-         "shear": "compatible", "attached": [PointMass(0, 1.0)], "damping": Damping(mass=1.0)}
+         "shear": "compatible", "attached": [PointMass(0, 1.0)], "damping": Damping(mass=1.0),
+         "sections": [Section(Laminate([Ply(Lamina.isotropic(1.0, 0.3, 1.0), 0.1)]))]}
 
 
 def plate(**changes):
@@ -60,9 +66,14 @@ def test_every_setting_changes_the_hash(owner, name):
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Model) if field.name not in
-                                  ("fold_angle", "patches", "directors")])
+                                  ("fold_angle", "patches", "directors", "pairs", "cyclic")])
 def test_every_part_of_the_model_changes_the_hash(name):
     assert key(**{name: MODEL[name]}) != key()
+
+
+def test_a_sector_has_another_hash():
+    sector = {"nodes": [(1, 0, 0), (2, 0, 0), (0, 2, 0), (0, 1, 0)]}
+    assert key(**sector, cyclic=Cyclic(4)) != key(**sector)
 
 
 def test_where_plates_meet_changes_the_hash():

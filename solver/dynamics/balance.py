@@ -48,7 +48,8 @@ def settle(scheme, state, time, before, after, work, roundoff):
     """
     missed, least = after - before - work, ROUNDOFFS * roundoff
     state.missed += missed
-    state.peak = max(state.peak, before, after, abs(state.external_work))
+    state.peak = max(state.peak, before, after, abs(state.external_work), abs(state.support_work),
+                     state.dissipated)
     if scheme.name == "newmark" or scheme.rho_inf < 1.0:
         return
     if not abs(missed) <= STEP_SHARE * state.peak + least:

@@ -89,12 +89,12 @@ class Stepper:
             NotConverged: energy came from nothing; the state is as it was.
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
-        work = self._work(problem, time, delta)
         reactions, driven, braked = None, 0.0, 0.0
         if system.supported:
             reactions = self._reactions(problem, delta)
             driven = system.work_of_supports(delta)
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
+        work = self._work(problem, time, delta)
         if system.damping:
             braked = system.damping.braked(Iterate(state, problem.step, delta))
         before, lost = place.observed, 0.0

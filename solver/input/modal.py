@@ -23,7 +23,8 @@ def modes_of(model, elements=None, number=10, unloaded=False):
     """
     definition, elements = _read(model, elements)
     static = None if unloaded else definition.static
-    shell = definition.model(elements, loads=static and static.loads)
+    shell = definition.model(elements, loads=static and static.loads,
+                             rising=bool(static and definition.dynamic))
     state = None
     if static:
         state = load_control(shell, np.linspace(0.0, 1.0, static.increments + 1)[1:])
@@ -41,7 +42,8 @@ def buckling_of(model, elements=None, number=3):
     """
     definition, elements = _read(model, elements)
     static = definition.static
-    shell = definition.model(elements, loads=static and static.loads)
+    shell = definition.model(elements, loads=static and static.loads,
+                             rising=bool(static and definition.dynamic))
     found = buckling(shell, number)
     return found, {**_about(definition, shell), "shapes": found.frame().to_dict("list")}
 

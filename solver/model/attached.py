@@ -139,8 +139,8 @@ class Damping:
 
     The stiffness part is viscous in the co-rotated strains, ``s = D (e + stiffness de/dt)``: rigid
     motion is free of it, momenta stay; springs and foundations have none.  The mass part acts on
-    ``v - v_rigid`` of a free shell, the rigid motion with its momenta, and on v of one with
-    supports or ground springs.
+    translations, on ``v - v_rigid`` of a free shell, the rigid motion with its momenta, and on v of
+    one with supports or ground springs, or of a sector.
 
     Attributes:
         mass: [1/s].

@@ -117,7 +117,7 @@ class Centrifugal:
 
 @dataclass(frozen=True)
 class Support:
-    """Fixed or, in statics, prescribed components of some nodes.
+    """Fixed or prescribed components of some nodes.
 
     ``components`` is any of ``x y z`` (displacement) and ``px py pz`` (mid-surface normal).  An
     edge is clamped by ``("x", "y", "z", "px", "py", "pz")``, a symmetry plane x = const needs

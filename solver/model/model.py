@@ -221,8 +221,12 @@ class Model:
         made = copy(self)
         _set(made, loads=_items("loads", loads, LOADS), elements=self.elements,
              supports=_items("supports", supports, (Support, Drive)))
+        for cached in ("_held", "oblique", "kept"):
+            vars(made).pop(cached, None)
         made._check_loads()
         made._check_supports()
+        if made.pairs:
+            made._check_sector()
         return made
 
     def __setstate__(self, state):
@@ -457,7 +461,8 @@ class Model:
             elif isinstance(load, Gravity | Centrifugal):
                 for number, section in enumerate(self.sections):
                     if section.laminate.arm:
-                        raise InputError(f"load {k}: gravity does not know the moment of sections["
+                        kind = type(load).__name__.lower()
+                        raise InputError(f"load {k}: {kind} does not know the moment of sections["
                                          f"{number}], whose mass is centred "
                                          f"{section.laminate.arm:g} m above the nodes")
             else:

@@ -75,6 +75,11 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     if any(item.history != CONSTANT for item in (*model.loads, *model.supports)):
         raise InputError("buckling needs loads and prescribed displacements without a history of "
                          "their own")
+    if any(getattr(item, "turning", CONSTANT) != CONSTANT for item in model.supports):
+        raise InputError("buckling needs drives without a function of time of their turning")
+    if model.heated and state is None:
+        raise InputError("the sections are heated: give the state that heat alone brings about, "
+                         "the row of load factor 0 of a path")
     start, factor = base(model, state, factor)
     equilibrium = Equilibrium(model, DEFAULT, start=start)
     system = equilibrium.system
@@ -107,5 +112,5 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
 def _response(equilibrium, factor):
     """Linear response (n_dof,) to one more of the load factor."""
     pushed = equilibrium.system.driven.linear(equilibrium.state, equilibrium.place.start,
-                                              at_factor(1.0))
+                                              at_factor(1.0), at_factor(factor))
     return equilibrium.solve_increment(pushed, factor + 1.0, stiffness_at=factor)

@@ -152,9 +152,13 @@ def _bending(model):
 
 
 def _momenta(elements, arms, p, displacement, directors):
-    """(n, 6) ``sum_ij m_ij u_j`` and ``sum_ij m_ij (r_i x u_j + I_ij p_i x q_j)``."""
+    """(n, 6) ``sum_ij m_ij u_j + c_ij q_j`` and ``sum_ij r_i x (m_ij u_j + c_ij q_j) + p_i x (I_ij
+    q_j + c_ij u_j)``."""
     m, rotary = elements.mass, elements.rotary
     u, q = displacement[:, elements.nodes], directors[:, elements.directors]
     of_u, of_q = np.einsum("eij,nejc->neic", m, u), np.einsum("eij,nejc->neic", rotary, q)
+    if len(elements.eccentric):
+        of_u = of_u + np.einsum("eij,nejc->neic", elements.eccentric, q)
+        of_q = of_q + np.einsum("eij,nejc->neic", elements.eccentric, u)
     turning = (np.cross(arms[elements.nodes], of_u) + np.cross(p[elements.directors], of_q))
     return np.concatenate([of_u.sum(axis=(1, 2)), turning.sum(axis=(1, 2))], axis=1)

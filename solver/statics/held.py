@@ -19,7 +19,7 @@ def check_held(model):
     n_parts, part = connected_components(links, directed=False)
     fixed = fixed | _sprung(model)
     joined = {part[node] for item in model.attached if isinstance(item, Spring)
-              for node in (item.node, item.other)}
+              and part[item.node] != part[item.other] for node in (item.node, item.other)}
     for k in set(range(n_parts)) - joined:  # a mechanism on springs is found by its pivots
         inside = part == k
         _, sizes, motions = np.linalg.svd(_held_motions(model, fixed, np.flatnonzero(inside)))

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from ..errors import InputError
 from ..kernels.junctions import nodal_frame
 from ..model.loads import Drive
+from .loads import unloaded
 
 STILL = 1e-12
 """Increments below this part of the shell's size, or this angle [rad], are none."""
@@ -96,15 +97,17 @@ class Driven:
         else:
             correction[at:at + 3] = _variable_rates(state.chart[i], _frame(state, i), spin)
 
-    def linear(self, state, start, value):
-        """The same of small motions, (n_dof,): ``u = t + r x (X - about)``, ``dp = r x p``."""
+    def linear(self, state, start, value, now=unloaded):
+        """The same of small motions, (n_dof,): ``u = t + r x (x - about - t h)``, ``dp = r x p``;
+        ``now(history)``: h of the ``state``."""
         correction = np.zeros(self._numbering.n_dof)
         u = sum((value(history) * pattern for history, pattern in self._shifts.items()),
                 np.zeros(self._X.shape))
         for drive in self._drives:
             at, spin = list(drive.nodes), value(drive.turning) * np.array(drive.rotation)
-            u[at] = (value(drive.history) * np.array(drive.translation)
-                     + np.cross(spin, self._X[at] - drive.about))
+            shift = np.array(drive.translation)
+            arms = state.x[at] + state.x_low[at] - drive.about - now(drive.history) * shift
+            u[at] = value(drive.history) * shift + np.cross(spin, arms)
             for i in at:
                 self._turn_node(correction, state, start, i,
                                 np.cross(spin, start.p[self._first[i]]), spin)

@@ -262,6 +262,7 @@ class System:
                     change += 2.0 * sign * forces / part
                     if spring.grounded:
                         self._ground_forces += 2.0 * sign * forces / part
+        self.inner_forces += change
         return change
 
     def resultant_of_loads(self, state, step, delta, loads):
