@@ -75,7 +75,7 @@ class Size:
 
 
 SIZES = {
-    "quick": Size(3, 5000, 400, 400, 5e5, 8.5e5, 3, 4.0),
+    "quick": Size(3, 5000, 400, 800, 5e5, 1.5e6, 3, 4.0),
     "full": Size(None, np.inf, 1600, 6400, 2e6, 1e7, 4, None),
     "paper": Size(None, np.inf, 1600, 6400, np.inf, np.inf, 4, None, paper_step=True),
 }

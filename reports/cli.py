@@ -36,9 +36,9 @@ COLOR = click.option("--color", default="strain_energy_density", show_default=Tr
 def plot(files, output, formats, at, interval, color, scale, view, overwrite):
     """Figures of result FILES, of runs or static paths, finished or not, each with its data as CSV.
 
-    Mesh and loads, energies, momenta, the motion and, where stresses are recorded, von Mises stress
-    and --color at the end for each FILE; displacements and, of several FILES of one case, total
-    energies for all together.
+    Mesh and loads, energies, momenta, reactions and probes, the motion and, where stresses are
+    recorded, von Mises stress and --color at the end for each FILE; displacements and, of several
+    FILES of one case, total energies for all together.
 
     \b
     Examples:

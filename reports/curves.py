@@ -17,7 +17,8 @@ from corovec.solver.checks import choice, instance, vector
 from corovec.solver.dynamics.result import End, total_energy
 from corovec.solver.errors import InputError
 from corovec.solver.names import mathtext
-from corovec.solver.results.frame import Rows
+from corovec.solver.results.frame import Rows, data_frame
+from corovec.solver.results.layout import DYNAMICS, STATICS
 from corovec.solver.signatures import checked
 
 from .recording import Recording
@@ -138,6 +139,60 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
     _magnify(panels, window)
     _legend(figure, panels[-1][0])
     return figure, data
+
+
+UNITS = {"reaction": "N", "reaction_moment": "N m", "_u": "m", "_v": "m/s", "_n": "N/m", "_m": "N",
+         "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J"}
+"""Of resultants, and of the columns of probes by their ends."""
+
+
+def tracked(history):
+    """Columns of a history that ``probes`` draws: resultants of reactions that are not zero, and
+    what probes kept."""
+    known = {*DYNAMICS.names, *STATICS.names} - {"reaction", "reaction_moment"}
+    return [name for name in history.dtype.names
+            if name not in known and (not name.startswith("reaction") or history[name].any())]
+
+
+@checked
+@styled
+def probes(history: Rows, unloaded_at: End = np.inf, end: float = None):
+    """Resultants of the reactions, and what probes kept, over time (in statics the load factor).
+
+    Args:
+        history: of a ``Result`` or ``read``.
+        unloaded_at: time from which no load acts [s]; the time before is shaded.
+        end: last time that is drawn [s]; default: all.
+
+    Returns:
+        (Figure, DataFrame): columns time (or factor), and those of ``data_frame``.
+
+    Raises:
+        InputError: neither reactions nor probes are there.
+    """
+    names = tracked(history)
+    if not names:
+        raise InputError("history has neither reactions nor probes")
+    static = "factor" in history.dtype.names
+    across, rows = ("factor", history) if static else ("time", _rows(history, end))
+    table = data_frame(rows)
+    figure, (column,) = _panels(len(names), None, 0.3 + 1.45 * len(names))
+    drawn = []
+    for axes, name in zip(column, names):
+        unit = next(unit for ending, unit in UNITS.items() if name.endswith(ending))
+        parts = [part for part in table if part == name or part.rpartition("_")[0] == name]
+        for part, (colour, dashes) in zip(parts, CURVES):
+            axes.plot(table[across], table[part], color=colour, linestyle=dashes,
+                      label=part.removeprefix(f"{name}_"))
+        if not static:
+            _over_time(axes, table[across], unloaded_at)
+        axes.set_xlabel("")
+        axes.set_ylabel(f"{mathtext(name)} [{unit}]")
+        if len(parts) > 1:
+            axes.legend(loc="upper right", ncols=len(parts), fontsize=6.5)
+        drawn += parts
+    column[-1].set_xlabel("load factor" if static else "time [s]")
+    return figure, table[[across, *drawn]]
 
 
 @checked

@@ -9,6 +9,7 @@ from .curves import (
     displacements,
     energies,
     momenta,
+    probes,
     total_energies,
 )
 from .scenes import sequence
@@ -16,4 +17,4 @@ from .shells import mesh_and_loads
 from .style import save
 
 __all__ = ["Curve", "convergence", "displacements", "energies", "mesh_and_loads", "momenta",
-           "save", "sequence", "total_energies"]
+           "probes", "save", "sequence", "total_energies"]

@@ -11,7 +11,16 @@ from corovec.solver.errors import InputError
 from corovec.solver.runtime.provenance import fingerprint
 
 from .colours import ENERGY, VON_MISES, coloured
-from .figures import displacements, energies, mesh_and_loads, momenta, sequence, total_energies
+from .curves import tracked
+from .figures import (
+    displacements,
+    energies,
+    mesh_and_loads,
+    momenta,
+    probes,
+    sequence,
+    total_energies,
+)
 from .recording import Recording
 from .stress import stress
 
@@ -64,6 +73,8 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None, color=ENERGY
         figures[f"{run}-energies"] = partial(energies, history, unloaded_at)
         if not recording.static:
             figures[f"{run}-momenta"] = partial(momenta, history, unloaded_at)
+        if tracked(history):
+            figures[f"{run}-probes"] = partial(probes, history, unloaded_at)
         figures[f"{run}-motion"] = partial(sequence, recording, _times(recording, interval),
                                            scale, view, color)
         if "von_mises" in recording.contents:

@@ -15,15 +15,20 @@ from PIL import Image
 from corovec import (
     Damping,
     Drive,
+    EnergyProbe,
+    Gravity,
     Harmonic,
     InputError,
     ResultFileError,
     Settings,
+    StressProbe,
+    Support,
     simulate,
 )
 from corovec.reports.cli import animate, plot
 from corovec.reports.colours import coloured
 from corovec.reports.curves import energies
+from corovec.reports.gallery import gallery
 from corovec.reports.recording import Recording
 from corovec.solver.names import printable
 from corovec.verification.helpers import corovec
@@ -107,7 +112,7 @@ def test_plot_of_an_own_unfinished_run(tmp_path):
 def test_plot_of_statics(static_path, tmp_path):
     assert call(plot, static_path, "--output", tmp_path, "--format", "png").exit_code == 0
     assert {path.stem for path in tmp_path.iterdir()} == {
-        f"cantilever-{name}" for name in ("mesh", "energies", "motion", "displacements")}
+        f"cantilever-{name}" for name in ("mesh", "energies", "probes", "motion", "displacements")}
 
 
 def test_a_run_without_frames(tmp_path):
@@ -308,3 +313,21 @@ def test_energies_show_damping_and_supports_that_move(tmp_path):
         assert words == ["total energy", "external work", "kinetic energy", "strain energy", *more]
         assert len(data.columns) == 5 + len(more)
     assert np.array_equal(data["dissipated"], result.history["dissipated"])
+
+
+def test_reactions_and_probes_are_drawn(tmp_path):
+    """A panel for each that is there, with every step in the CSV; none where there is nothing."""
+    shell = cross_code_plate(1)
+    path = tmp_path / "run.h5"
+    held = Support(tuple(range(3)), ("x", "y", "z", "px", "py", "pz"))
+    model = replace(shell, supports=[held], loads=[Gravity((0.0, 0.0, -9.81))])
+    history = simulate(model, Settings(dt=0.01, end_time=0.1), output=path, probes={
+        "tip": 5, "root": StressProbe(0), "all": EnergyProbe()}).history
+    figures = gallery([Recording.open(path)])
+    figure, table = figures["run-probes"]()
+    assert len(figure.axes) == 2 + 2 + 4 + 1 and len(table) == 11
+    assert np.array_equal(table["tip_u_z"], history["tip_u"][:, 2])
+    assert np.array_equal(table["reaction_z"], history["reaction"][:, 2])
+    assert figure.axes[2].get_ylabel().endswith("[J]")  # all, root, tip
+    simulate(shell, Settings(dt=0.01, end_time=0.1), output=tmp_path / "free.h5")
+    assert "free-probes" not in gallery([Recording.open(tmp_path / "free.h5")])

@@ -44,10 +44,12 @@ def good(folder):
     table = api.table(folder)
     recording = Recording.open(folder / "run.h5")
     seen = {"history": table[corovec.drift]["history"], "unloaded_at": 0.0}
+    followed = corovec.simulate(api.PLATE, api.RUN, probes={"tip": 0}).history
     return {
         **table,
         figures.energies: {**seen, "end": None},
         figures.momenta: {**seen, "end": None},
+        figures.probes: {**seen, "history": followed, "end": None},
         figures.total_energies: {"recordings": [recording]},
         figures.displacements: {"recordings": [recording], "points": {"a": (0.0, 0.0, 0.0)},
                                 "components": None},
