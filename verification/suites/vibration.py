@@ -15,6 +15,7 @@ from corovec import (
     arc_length,
     buckling,
     cylinder,
+    foundation,
     line_load,
     load_control,
     modes,
@@ -242,6 +243,35 @@ def run_whirling():
                    np.sqrt(1.0 - 0.3**2) / 0.7 - 1.0, 0.3, "omega_0^2 - Omega^2, twice")
 
 
+def run_spinning_ring():
+    """A ring on an elastic foundation that spins with it, in its plane: ``c Omega -+ sqrt(omega_0^2
+    + k / m + d Omega^2)``, ``c = 2 n / (n^2 + 1)``, ``d = (n (n^2 - 1) / (n^2 + 1))^2`` (Bryan
+    without a foundation, whose springs are the same in all directions); n = 1 is rigid.
+
+    Statics in a frame that turns needs the foundation, stiffer than the softening: k / m > Omega^2.
+    """
+    R, b, h, youngs, density, n = 1.0, 0.1, 0.02, 1e7, 1000.0, 2
+    bending = np.sqrt(36.0 / 5.0 * youngs * h**2 / 12.0 / density) / R**2
+    omega = 0.3 * bending
+    mesh = cylinder(R, b, (96, 1))
+    held = foundation(mesh.nodes, mesh.quads, (1.5 * omega**2 * density * h,) * 3)
+    ring = Model.of(mesh, h, youngs, 0.0, density, attached=held,
+                    loads=[Centrifugal((0.0, 0.0, omega))])
+    found = np.abs(modes(ring, 9, load_control(ring, [1.0])).omega)
+    c, d = 2.0 * n / (n**2 + 1.0), (n * (n**2 - 1.0) / (n**2 + 1.0)) ** 2
+    rigid, oval = np.sqrt(1.5) * omega, np.sqrt(bending**2 + (1.5 + d) * omega**2)
+    for name, exact, kind, tolerance, reason in (
+            ("whirl backward", rigid - omega, "analytic", 1e-3, "rigid"),
+            ("whirl forward", rigid + omega, "analytic", 1e-3, "rigid"),
+            ("oval backward", oval - c * omega, "recalled", 3e-3, "96 chords for the circle"),
+            ("oval forward", oval + c * omega, "recalled", 3e-3, "96 chords for the circle")):
+        nearest = found[np.abs(found - exact).argmin()]
+        yield Row(f"{name}, Omega = 0.3 omega_0 [rad/s]", nearest, exact, kind, tolerance, reason)
+    yield at_least("without Coriolis forces, error of the oval, backward",
+                   np.sqrt(oval**2 - (c * omega) ** 2) / (oval - c * omega) - 1.0, 0.2,
+                   "both at sqrt(omega^2 - c^2 Omega^2)")
+
+
 def run_free_plate():
     """A plate that nothing holds, and effective masses of all modes of small meshes."""
     plate = rectangle(2.0, 1.0, (8, 4), youngs=1e7, thickness=0.02)
@@ -316,6 +346,9 @@ CASES = (
     Case("whirling", "vibration", "Coriolis forces: whirling of a round shaft",
          "Euler and Bernoulli in a frame that turns", "R = 0.1, L = 4, h = 0.01, E = 1e9, 12 x 24",
          run_whirling),
+    Case("spinning-ring", "vibration", "a spinning ring: modes that travel forward and backward",
+         "Bryan 1890; rigid on a foundation", "R = 1, b = 0.1, h = 0.02, E = 1e7, 96 x 1",
+         run_spinning_ring),
     Case("square-buckling", "buckling", "buckling of a simply supported square plate under thrust",
          "Navier: k = 4", "unit square, h = 0.01, nu = 0.3", run_square_buckling),
     Case("cylinder-buckling", "buckling", "axial buckling of a cylinder",
