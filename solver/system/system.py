@@ -169,9 +169,9 @@ class System:
         place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
-        stored = self._turning.energy(place.start.p)
-        stored += sum(spring.energy(state) for spring in self._springs)
-        if stored:
+        if self._springs:
+            stored = self._turning.energy(place.start.p)
+            stored += sum(spring.energy(state) for spring in self._springs)
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
 
