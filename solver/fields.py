@@ -55,6 +55,12 @@ def _no_field(cls, name):
             f"{', '.join(f.name for f in fields(cls))}")
 
 
+def put(item, **values):
+    """Set fields of a frozen dataclass, while it is made."""
+    for name, value in values.items():
+        object.__setattr__(item, name, value)
+
+
 def check_fields(settings):
     """Give every field of a dataclass its own type.
 
@@ -63,7 +69,7 @@ def check_fields(settings):
     """
     for f in fields(settings):
         value = getattr(settings, f.name)
-        object.__setattr__(settings, f.name, _checked(f, value))
+        put(settings, **{f.name: _checked(f, value)})
 
 
 def _checked(field, value):

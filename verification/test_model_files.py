@@ -49,6 +49,9 @@ group = "right"
 """
 
 
+WITHOUT_DEFAULTS = SHELL[:SHELL.index("[defaults]")] + SHELL[SHELL.index("[[geometry"):]
+
+
 @pytest.fixture
 def made(tmp_path):
     """A function that makes the ``ModelFile`` of ``SHELL`` and more text."""
@@ -348,7 +351,7 @@ def test_the_dynamic_step_is_checked_first_and_speaks_of_its_loads(tmp_path):
     """Options before the static step has written anything; a load that it names, by its number in
     the file."""
     path, output = tmp_path / "shell.toml", tmp_path / "a.h5"
-    path.write_text(SHELL[:SHELL.index("[defaults]")] + SHELL[SHELL.index("[[geometry"):] + """
+    path.write_text(WITHOUT_DEFAULTS + """
 [histories]
 short = { times = [0.0, 1e-4, 2e-4], values = [1.0, 100.0, 0.0] }
 [[supports]]
@@ -388,7 +391,7 @@ values = [0.0, 1.0]
     assert other.function()(1.0) == 5.0 and history.function()(1.0) == 1.0
 
 
-TWO_STEPS = SHELL[:SHELL.index("[defaults]")] + SHELL[SHELL.index("[[geometry"):] + """
+TWO_STEPS = WITHOUT_DEFAULTS + """
 [[supports]]
 fix = "clamped"
 where = { x = 0.0 }

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..checks import existing, integer, integers, names_columns, shown, single, vector
 from ..errors import InputError
+from ..fields import put
 from ..kernels import observation
 from ..kernels.calls import Call
 from ..model.constants import in_surface, recovery
@@ -47,10 +48,10 @@ class StressProbe:
     axes: tuple | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "at", _place("at", self.at))
+        put(self, at=_place("at", self.at))
         if self.axes is not None:
             given = directions("axes", vector("axes", self.axes))
-            object.__setattr__(self, "axes", tuple(given.tolist()))
+            put(self, axes=tuple(given.tolist()))
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class EnergyProbe:
 
     def __post_init__(self):
         if self.elements is not None:
-            object.__setattr__(self, "elements", _elements("elements", self.elements))
+            put(self, elements=_elements("elements", self.elements))
 
 
 def probes_of(name, given):

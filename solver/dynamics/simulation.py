@@ -86,9 +86,9 @@ def check_run(model, settings, probes):
             raise InputError(f"load {k}: centrifugal forces are those of a frame that turns, of "
                              "statics and modes; a shell in motion has them by its velocity, see "
                              "rigid_velocity")
-    _check_supports(model, settings)
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
+    _check_supports(model, settings)
     _check_impulses(model, settings)
     return probes
 
@@ -233,21 +233,26 @@ def _check_memory(model, settings, row):
 
 def _check_supports(model, settings):
     """Functions of time of supports that move are finite, and do not jump."""
-    times = settings.dt * np.arange(settings.n_steps + 1)
     for k, support in enumerate(model.supports):
         if not (isinstance(support, Drive) or support.displacement):
             continue
+        times = settings.dt * np.arange(settings.n_steps + 1)
         for history in {support.history, getattr(support, "turning", support.history)}:
-            with np.errstate(all="ignore"):
-                values = history(times)
-            if not np.all(np.isfinite(values)):
-                bad = np.argmin(np.isfinite(values))
-                raise InputError(f"support {k}: its time function is {values[bad]} at t = "
-                                 f"{times[bad]:g} s")
+            values = _finite(f"support {k}", history, times)
             if isinstance(history, Steps) and np.any(np.diff(values)):
                 raise InputError(f"support {k}: its time function jumps at t = "
                                  f"{times[np.argmax(np.diff(values) != 0.0) + 1]:g} s, a support "
                                  "cannot: give the points of a ramp")
+
+
+def _finite(name, history, times):
+    """Values of a function of time, which must be finite."""
+    with np.errstate(all="ignore"):
+        values = history(times)
+    if not np.all(np.isfinite(values)):
+        bad = np.argmin(np.isfinite(values))
+        raise InputError(f"{name}: its time function is {values[bad]} at t = {times[bad]:g} s")
+    return values
 
 
 def _check_impulses(model, settings):
@@ -256,11 +261,7 @@ def _check_impulses(model, settings):
     for k, load in enumerate(model.loads):
         end = min(settings.end_time, load.history.settled)
         middle = (np.arange(int(np.ceil(end / settings.dt))) + 1.0 - alpha_f) * settings.dt
-        values = load.history(middle)
-        if not np.all(np.isfinite(values)):
-            bad = np.argmin(np.isfinite(values))
-            raise InputError(f"load {k}: its time function is {values[bad]} at t = "
-                             f"{middle[bad]:g} s")
+        _finite(f"load {k}", load.history, middle)
         lost, whole = load.history.lost(middle, settings.dt) if end > 0.0 else (0.0, 0.0)
         if lost > LOST_IMPULSE * whole:
             shortest = min(np.diff(getattr(load.history, "times", ())), default=end)

@@ -16,8 +16,8 @@ DONE = -1
 class Elements(NamedTuple):
     """Connectivity and constants of all elements.
 
-    y0, r0, l, Q, k_b and coupling are given here for one element; they are stored side by side, in
-    groups of ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
+    y0, r0, l, Q, k_b, inertia and coupling are given here for one element; they are stored side by
+    side, in groups of ``lanes.WIDTH`` elements: (n_groups, ..., WIDTH).
 
     Attributes:
         nodes: (n_elem, 4) node of each vertex.
@@ -30,6 +30,7 @@ class Elements(NamedTuple):
         mass: (n_elem, 4, 4) rho h int N_i N_j dA, Eq. (40a) [kg].
         rotary: (n_elem, 4, 4) the same of the normals, rho h^3/12 int N_i N_j dA, Eq. (40b)
             [kg m^2].
+        inertia: (2, 4, 4) mass and rotary once more, side by side.
         coupling: (n_s, 8) linear part of the measures in dr_1..dr_4, of sections that couple
             stretch and bending [sqrt(J)]; no groups at all where there are none.
         eccentric: (n_elem, 4, 4) int rho z dz int N_i N_j dA, of mass that is not centred on the
@@ -45,6 +46,7 @@ class Elements(NamedTuple):
     k_b: np.ndarray
     mass: np.ndarray
     rotary: np.ndarray
+    inertia: np.ndarray
     coupling: np.ndarray
     eccentric: np.ndarray
 

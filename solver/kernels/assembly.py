@@ -276,7 +276,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
     (t_, t_0), (b_, b_0), (e_, e_0) = pair((3, 3)), pair((11,)), pair((n_s,))
     (f_x_, f_x), (f_p_, f_p) = pair((4, 3)), pair((4, 3))
     (a_x_, a_x), (a_p_, a_p), (A_, A) = pair((4, 3)), pair((4, 3)), pair((4, 3, 3))
-    (mass_, mass), (rotary_, rotary), (ke_, ke) = pair((4, 4)), pair((4, 4)), pair((24, 24))
+    ke_, ke = pair((24, 24))
     t, b, e, R = new((3, 3)), new((11,)), new((n_s,)), new((3, 3))
     B, f, g, yl, r = new((n_s, 9)), new((3, 3)), new((4, 2)), new((3, 3)), new((4, 3))
     rotations, matrices = np.empty(4, np.int64), tangent_work()
@@ -294,8 +294,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         gather_positions(x, x_low, nodes, y_0_)
         _gather_increments(dx, nodes, dy_)
         gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
-        gather_rows(elements.mass.reshape(-1, 16), first, count, mass_.reshape(16, WIDTH))
-        gather_rows(elements.rotary.reshape(-1, 16), first, count, rotary_.reshape(16, WIDTH))
+        inertia = lanes(elements.inertia[group])
+        mass, rotary = inertia[0], inertia[1]
 
         # 1. strains at the end of the step, Eqs. (8), (10), averaged with those at its start,
         #    Eq. (70), and local forces, Eq. (68)

@@ -6,13 +6,8 @@ import numpy as np
 
 from ..checks import TINY, floats, integer, not_negative, positive, vector
 from ..errors import InputError
-from ..kernels.arguments import Elements
+from ..fields import put
 from .loads import shares_of_area
-
-
-def _keep(item, **values):
-    for name, value in values.items():
-        object.__setattr__(item, name, value)
 
 
 @dataclass(frozen=True)
@@ -28,10 +23,10 @@ class PointMass:
     inertia: float = 0.0
 
     def __post_init__(self):
-        _keep(self, node=integer("point mass: node", self.node))
-        _keep(self, mass=not_negative(f"point mass at node {self.node}: mass", self.mass, "kg"),
-              inertia=not_negative(f"point mass at node {self.node}: inertia", self.inertia,
-                                   "kg m^2"))
+        put(self, node=integer("point mass: node", self.node))
+        put(self, mass=not_negative(f"point mass at node {self.node}: mass", self.mass, "kg"),
+            inertia=not_negative(f"point mass at node {self.node}: inertia", self.inertia,
+                                 "kg m^2"))
 
 
 @dataclass(frozen=True)
@@ -47,14 +42,14 @@ class Spring:
     length: float = None
 
     def __post_init__(self):
-        _keep(self, node=integer("spring: node", self.node),
-              other=integer("spring: other", self.other))
+        put(self, node=integer("spring: node", self.node),
+            other=integer("spring: other", self.other))
         if self.node == self.other:
             raise InputError(f"spring: both ends are node {self.node}")
-        _keep(self, stiffness=not_negative(f"spring at node {self.node}: stiffness",
-                                           self.stiffness, "N/m"))
+        put(self, stiffness=not_negative(f"spring at node {self.node}: stiffness",
+                                         self.stiffness, "N/m"))
         if self.length is not None:
-            _keep(self, length=positive(f"spring at node {self.node}: length", self.length, "m"))
+            put(self, length=positive(f"spring at node {self.node}: length", self.length, "m"))
 
 
 @dataclass(frozen=True)
@@ -70,10 +65,10 @@ class GroundSpring:
     turning: float = 0.0
 
     def __post_init__(self):
-        _keep(self, node=integer("ground spring: node", self.node))
+        put(self, node=integer("ground spring: node", self.node))
         name = f"ground spring at node {self.node}"
-        _keep(self, stiffness=vector(f"{name}: stiffness", self.stiffness, "N/m"),
-              turning=not_negative(f"{name}: turning", self.turning, "N m/rad"))
+        put(self, stiffness=vector(f"{name}: stiffness", self.stiffness, "N/m"),
+            turning=not_negative(f"{name}: turning", self.turning, "N m/rad"))
         if min(self.stiffness) < 0.0:
             raise InputError(f"{name}: stiffness must not be negative, is {self.stiffness}")
 
@@ -100,17 +95,14 @@ def foundation(nodes, quads, stiffness):
             for i, share in shares_of_area(nodes, quads)]
 
 
-def with_masses(elements, attached):
-    """``Elements`` with the point masses on the corner of an element beside each node."""
-    masses = [item for item in attached if isinstance(item, PointMass)]
-    if not masses:
-        return elements
-    mass, rotary = elements.mass.copy(), elements.rotary.copy()
-    for item in masses:
-        element, corner = np.argwhere(elements.nodes == item.node)[0]
-        mass[element, corner, corner] += item.mass
-        rotary[element, corner, corner] += item.inertia
-    return Elements(**{**elements._asdict(), "mass": mass, "rotary": rotary})
+def add_masses(quads, attached, mass, rotary):
+    """Add the point masses to those of elements (n_elem, 4, 4), on the corner of an element beside
+    each node."""
+    for item in attached:
+        if isinstance(item, PointMass):
+            element, corner = np.argwhere(quads == item.node)[0]
+            mass[element, corner, corner] += item.mass
+            rotary[element, corner, corner] += item.inertia
 
 
 def check_attached(attached, n_nodes, first):
@@ -151,8 +143,8 @@ class Damping:
     stiffness: float = 0.0
 
     def __post_init__(self):
-        _keep(self, mass=not_negative("damping: mass", self.mass, "1/s"),
-              stiffness=not_negative("damping: stiffness", self.stiffness, "s"))
+        put(self, mass=not_negative("damping: mass", self.mass, "1/s"),
+            stiffness=not_negative("damping: stiffness", self.stiffness, "s"))
 
     @classmethod
     def of_ratios(cls, ratio_1, frequency_1, ratio_2, frequency_2):

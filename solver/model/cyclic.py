@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ..checks import integer, vector
 from ..errors import InputError
+from ..fields import put
 
 NEAR = 1e-6
 """Distance, in sizes of the shell, up to which a node is where another one is turned to."""
@@ -39,9 +40,7 @@ class Cyclic:
             raise InputError(f"cyclic: sectors must be 2 or more, is {sectors}")
         if not any(axis):
             raise InputError("cyclic: axis must not be zero")
-        for name, value in (("sectors", sectors), ("axis", axis),
-                            ("about", vector("cyclic: about", self.about, "m"))):
-            object.__setattr__(self, name, value)
+        put(self, sectors=sectors, axis=axis, about=vector("cyclic: about", self.about, "m"))
 
     @property
     def direction(self):

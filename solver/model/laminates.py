@@ -17,6 +17,7 @@ import numpy as np
 
 from ..checks import distinct, existing, floats, instance, number, plain_array, positive, vector
 from ..errors import InputError
+from ..fields import put
 from .constants import Law, in_surface, isotropic
 
 UNCOUPLED = 1e-12
@@ -45,8 +46,8 @@ class Strength:
     S: float
 
     def __post_init__(self):
-        _keep(self, **{field.name: positive(f"strength: {field.name}", getattr(self, field.name),
-                                            "Pa") for field in fields(self)})
+        put(self, **{field.name: positive(f"strength: {field.name}", getattr(self, field.name),
+                                          "Pa") for field in fields(self)})
 
     def tsai_wu(self, stress):
         """Index of Tsai and Wu, 1 at failure; of stresses (..., 3) in material axes [Pa].
@@ -98,9 +99,9 @@ class Lamina:
     def __post_init__(self):
         for name in ("E1", "E2", "G12", "G13", "G23", "density"):
             unit = "kg/m^3" if name == "density" else "Pa"
-            _keep(self, **{name: positive(f"lamina: {name}", getattr(self, name), unit)})
+            put(self, **{name: positive(f"lamina: {name}", getattr(self, name), unit)})
         for name in ("nu12", "alpha1", "alpha2"):
-            _keep(self, **{name: number(f"lamina: {name}", getattr(self, name))})
+            put(self, **{name: number(f"lamina: {name}", getattr(self, name))})
         if self.nu12**2 * self.E2 >= self.E1:
             raise InputError(f"lamina: nu12 must be below sqrt(E1/E2) = "
                              f"{np.sqrt(self.E1 / self.E2):g} in magnitude, is {self.nu12:g}")
@@ -152,8 +153,8 @@ class Ply:
 
     def __post_init__(self):
         instance("ply: lamina", self.lamina, Lamina)
-        _keep(self, thickness=positive("ply: thickness", self.thickness, "m"),
-              angle=number("ply: angle", self.angle, "degrees"))
+        put(self, thickness=positive("ply: thickness", self.thickness, "m"),
+            angle=number("ply: angle", self.angle, "degrees"))
 
     @property
     def to_fibres(self):
@@ -199,7 +200,7 @@ class Laminate:
                       for k, ply in enumerate(self.plies))
         if not plies:
             raise InputError("laminate: plies must not be empty")
-        _keep(self, plies=plies, offset=number("laminate: offset", self.offset, "m"))
+        put(self, plies=plies, offset=number("laminate: offset", self.offset, "m"))
 
     @property
     def thickness(self):
@@ -305,14 +306,14 @@ class Section:
     def __post_init__(self):
         instance("section: laminate", self.laminate, Laminate)
         if self.elements is not None:
-            _keep(self, elements=distinct("section: elements", self.elements))
+            put(self, elements=distinct("section: elements", self.elements))
         if np.ndim(plain_array("section: direction", self.direction, "3")) == 2:
             rows = floats("section: direction", self.direction, (None, 3))
-            _keep(self, direction=tuple(map(tuple, rows.tolist())))
+            put(self, direction=tuple(map(tuple, rows.tolist())))
         else:
-            _keep(self, direction=vector("section: direction", self.direction))
-        _keep(self, temperature=number("section: temperature", self.temperature, "K"),
-              gradient=number("section: gradient", self.gradient, "K/m"))
+            put(self, direction=vector("section: direction", self.direction))
+        put(self, temperature=number("section: temperature", self.temperature, "K"),
+            gradient=number("section: gradient", self.gradient, "K/m"))
 
     @property
     def heated(self):
@@ -438,8 +439,3 @@ def _slopes(stress):
     """Divergence (2, 2) of stresses whose columns (3, 3) are those of m_xx, m_yy, m_xy, by the
     shear forces ``m_xx,x`` and ``m_yy,y``."""
     return np.array([[stress[0, 0], stress[2, 1]], [stress[2, 0], stress[1, 1]]])
-
-
-def _keep(item, **values):
-    for name, value in values.items():
-        object.__setattr__(item, name, value)

@@ -20,6 +20,7 @@ from ..checks import (
     vector,
 )
 from ..errors import InputError
+from ..fields import put
 from .constants import GAUSS, area_factors, shape_functions
 from .histories import CONSTANT, FunctionOfTime
 from .mesh import check_connectivity, few_enough, node_numbers, not_joined, passed
@@ -40,8 +41,8 @@ class NodalLoad:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        _plain(self, node=integer("load: node", self.node), history=_history(self.history))
-        _plain(self, force=vector(f"load at node {self.node}: force", self.force, "N"))
+        put(self, node=integer("load: node", self.node), history=_history(self.history))
+        put(self, force=vector(f"load at node {self.node}: force", self.force, "N"))
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,8 @@ class NodalMoment:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        _plain(self, node=integer("load: node", self.node), history=_history(self.history))
-        _plain(self, moment=vector(f"load at node {self.node}: moment", self.moment, "N m"))
+        put(self, node=integer("load: node", self.node), history=_history(self.history))
+        put(self, moment=vector(f"load at node {self.node}: moment", self.moment, "N m"))
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,10 @@ class Pressure:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        _plain(self, pressure=number("pressure", self.pressure, "Pa"),
-               history=_history(self.history))
+        put(self, pressure=number("pressure", self.pressure, "Pa"),
+            history=_history(self.history))
         if self.elements is not None:
-            _plain(self, elements=distinct("pressure: elements", self.elements))
+            put(self, elements=distinct("pressure: elements", self.elements))
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ class Gravity:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        _plain(self, history=_history(self.history), acceleration=vector(
+        put(self, history=_history(self.history), acceleration=vector(
             "gravity: acceleration", self.acceleration, "m/s^2"))
 
 
@@ -110,9 +111,9 @@ class Centrifugal:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        _plain(self, history=_history(self.history),
-               omega=vector("centrifugal: omega", self.omega, "rad/s"),
-               about=vector("centrifugal: about", self.about, "m"))
+        put(self, history=_history(self.history),
+            omega=vector("centrifugal: omega", self.omega, "rad/s"),
+            about=vector("centrifugal: about", self.about, "m"))
 
 
 @dataclass(frozen=True)
@@ -142,9 +143,9 @@ class Support:
             raise InputError(f"support: components must be a list of {', '.join(COMPONENTS)}, is "
                              f"{shown(given)}")
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
-        _plain(self, nodes=distinct("support: nodes", self.nodes), components=components,
-               displacement=number("support: displacement", self.displacement, "m"),
-               history=_history(self.history), axes=_axes(self.axes))
+        put(self, nodes=distinct("support: nodes", self.nodes), components=components,
+            displacement=number("support: displacement", self.displacement, "m"),
+            history=_history(self.history), axes=_axes(self.axes))
         if self.displacement != 0.0 and not set(components) <= set("xyz"):
             raise InputError("support: a displacement can be prescribed to x, y and z only, not "
                              f"to {', '.join(components)}")
@@ -187,10 +188,10 @@ class Drive:
     turning: FunctionOfTime = None
 
     def __post_init__(self):
-        _plain(self, nodes=distinct("drive: nodes", self.nodes), history=_history(self.history))
-        _plain(self, turning=_history(self.history if self.turning is None else self.turning))
+        put(self, nodes=distinct("drive: nodes", self.nodes), history=_history(self.history))
+        put(self, turning=_history(self.history if self.turning is None else self.turning))
         for name, unit in (("translation", "m"), ("rotation", "rad"), ("about", "m")):
-            _plain(self, **{name: vector(f"drive: {name}", getattr(self, name), unit)})
+            put(self, **{name: vector(f"drive: {name}", getattr(self, name), unit)})
 
     @property
     def components(self):
@@ -256,11 +257,6 @@ def shares_of_area(nodes, quads):
             np.add.at(shares, quads[:, i], shape[i] * area)
     loaded = np.unique(quads)
     return list(zip(loaded.tolist(), shares[loaded].tolist()))
-
-
-def _plain(item, **values):
-    for name, value in values.items():
-        object.__setattr__(item, name, value)
 
 
 def _axes(axes):

@@ -25,11 +25,12 @@ from ..checks import (
     single,
 )
 from ..errors import InputError
+from ..fields import put
 from ..kernels.arguments import Elements
 from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
-from .attached import ATTACHED, Damping, GroundSpring, check_attached, with_masses
+from .attached import ATTACHED, Damping, GroundSpring, add_masses, check_attached
 from .constants import (
     MEMBRANE_FIELDS,
     SHEAR_FIELDS,
@@ -138,30 +139,30 @@ class Model:
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
         quads = node_numbers(self.quads, len(nodes))
-        _set(self, nodes=nodes, quads=quads)
+        put(self, nodes=nodes, quads=quads)
         check_mesh(nodes, quads)
-        _set(self, sections=_items("sections", self.sections, (Section,)))
+        put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
             _require(values >= TINY, values, f"{name} must be positive [{unit}], at least {TINY:g}")
-            _set(self, **{name: values})
+            put(self, **{name: values})
         if self.cyclic is not None:
             instance("cyclic", self.cyclic, Cyclic)
         poisson = self._property("poisson")
         _require((poisson > -1.0) & (poisson < 0.5), poisson, "poisson must lie in (-1, 0.5)")
-        _set(self, poisson=poisson, directors=self._find_directors())
-        _set(self, normals=self.directors.normals)
+        put(self, poisson=poisson, directors=self._find_directors())
+        put(self, normals=self.directors.normals)
         for name, shape in (("velocity", nodes.shape), ("normal_velocity", self.normals.shape)):
             given = getattr(self, name)
             values = floats(name, np.zeros(shape) if given is None else given, shape)
-            _set(self, **{name: values})
+            put(self, **{name: values})
         choice("membrane", self.membrane, MEMBRANE_FIELDS)
         choice("shear", self.shear, SHEAR_FIELDS)
         if self.sections and self.membrane != "stress":
             raise InputError(f"sections take the membrane field stress, not {self.membrane}")
-        _set(self, loads=_items("loads", self.loads, LOADS),
-             supports=_items("supports", self.supports, (Support, Drive)),
-             attached=_items("attached", self.attached, ATTACHED))
+        put(self, loads=_items("loads", self.loads, LOADS),
+            supports=_items("supports", self.supports, (Support, Drive)),
+            attached=_items("attached", self.attached, ATTACHED))
         check_attached(self.attached, len(nodes), self.directors.first)
         if self.damping is not None:
             instance("damping", self.damping, Damping)
@@ -219,8 +220,8 @@ class Model:
             InputError: as of ``Model``, for these.
         """
         made = copy(self)
-        _set(made, loads=_items("loads", loads, LOADS), elements=self.elements,
-             supports=_items("supports", supports, (Support, Drive)))
+        put(made, loads=_items("loads", loads, LOADS), elements=self.elements,
+            supports=_items("supports", supports, (Support, Drive)))
         for cached in ("_held", "oblique", "kept"):
             vars(made).pop(cached, None)
         made._check_loads()
@@ -247,7 +248,7 @@ class Model:
             if len(patches) != len(self.quads):
                 raise InputError(f"patches: {len(patches)} given, one an element "
                                  f"({len(self.quads)}) needed")
-            _set(self, patches=patches)
+            put(self, patches=patches)
         found = find_directors(self.nodes, self.quads, fold_angle, self.patches)
         if self.cyclic:
             found = self._joined(found)
@@ -271,7 +272,7 @@ class Model:
 
     def _joined(self, found):
         """The directors ``found`` of a sector, with its neighbours' elements in the means."""
-        _set(self, pairs=find_pairs(self.cyclic, self.nodes, self.quads, found, self.fold_angle))
+        put(self, pairs=find_pairs(self.cyclic, self.nodes, self.quads, found, self.fold_angle))
         total = np.zeros(found.normals.shape)
         np.add.at(total, found.vertices, vertex_normals(self.nodes, self.quads))
         total = self.pairs.summed(total, self.pairs.directors)
@@ -318,13 +319,15 @@ class Model:
         constants = element_constants(
             self.nodes[self.quads], self.normals[self.directors.vertices], law, self.density,
             membrane=self.membrane, shear=self.shear)
+        masses = constants["mass"], constants["rotary"]
+        add_masses(self.quads, self.attached, *masses)
+        constants["inertia"] = np.stack(masses, axis=1)
         for name in constants.keys() - {"mass", "rotary", "eccentric"}:
             constants[name] = side_by_side(constants[name])
         constants.setdefault("eccentric", np.zeros((0, 4, 4)))
         if "coupling" not in constants:
             constants["coupling"] = zeros((0, constants["l"].shape[1], 8))
-        return with_masses(Elements(nodes=self.quads, directors=self.directors.vertices,
-                                    **constants), self.attached)
+        return Elements(nodes=self.quads, directors=self.directors.vertices, **constants)
 
     @cached_property
     def recovery(self):
@@ -559,11 +562,6 @@ def _basis(rows):
 def _along_axes(basis):
     """(3,) whether the global axes are among what a basis (k, 3) spans."""
     return np.sum(basis**2, axis=0) > 1.0 - ALIKE
-
-
-def _set(model, **values):
-    for name, value in values.items():
-        object.__setattr__(model, name, value)
 
 
 def _per_element(name, values, n_elem):

@@ -119,9 +119,9 @@ class Driven:
         ``dt`` [s]; ``at(time)`` gives ``value``."""
         if self.moving:
             h = INSTANT * dt
-            places = [self.increment(state, at(time + k * h)) for k in (-1, 0, 1, 2)]
-            rates = (places[2] - places[0]) / (2.0 * h) if time > h else (
-                4.0 * places[2] - 3.0 * places[1] - places[3]) / (2.0 * h)
+            weights = {-1: -1.0, 1: 1.0} if time > h else {0: -3.0, 1: 4.0, 2: -1.0}
+            rates = sum(weight * self.increment(state, at(time + k * h))
+                        for k, weight in weights.items()) / (2.0 * h)
             state.velocity[:] = self._coordinates.free(state.velocity) + rates
 
     def check(self, state, value):
