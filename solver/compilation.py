@@ -81,7 +81,7 @@ def _compile_others():
     kept.made(step, state, place)
     kept.carry(state, place)
     kept.solve(zero)
-    system.inside(state, step, zero)
+    system.inside(state, place, step, zero)
     coordinates.accept(state, scheme.end(DT), zero)
     coordinates.renew(state, DT)
     updates.predict_strains(system.elements, system.dofs.nodes, state.motion, place.start, zero,

@@ -179,8 +179,9 @@ def test_increments_may_be_strided():
     forces, ends = [], []
     for delta in (plain, strided):
         state = system.initial_state()
+        place = system.observe(state)
         forces.append(assemble(system, state, step, delta))
-        assert system.inside(state, step, delta)
+        assert system.inside(state, place, step, delta)
         system.coordinates.accept(state, Scheme().end(0.1), delta)
         ends.append(state.pack())
     assert np.array_equal(*forces) and np.array_equal(*ends)

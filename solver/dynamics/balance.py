@@ -50,7 +50,7 @@ def settle(scheme, state, time, before, after, work, roundoff):
     state.missed += missed
     state.peak = max(state.peak, before, after, abs(state.external_work), abs(state.support_work),
                      state.dissipated)
-    if scheme.name == "newmark" or scheme.rho_inf < 1.0:
+    if not scheme.conserves:
         return
     if not abs(missed) <= STEP_SHARE * state.peak + least:
         raise NotConverged(f"the energy changed by {after - before:.3g} J, the loads did "

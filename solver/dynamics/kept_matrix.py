@@ -31,6 +31,8 @@ class KeptMatrix:
         patience: iterations that a step may take with it before the next one makes its own.
     """
 
+    replaced_after = REPLACED_AFTER
+
     def __init__(self, system):
         numbering, quads, fixed = system.numbering, system.model.quads, system.dofs.fixed
         n_nodes = len(system.model.nodes)
@@ -42,7 +44,8 @@ class KeptMatrix:
         held[numbering.node_of_dof[fixed]] = True
         if system.coordinates.constraints:
             held[system.coordinates.constraints.nodes] = True
-        self._turning = Turning(corner, held, *np.zeros((4, n_nodes, 3, 3)))
+        blocks = np.zeros((4, n_nodes, 3, 3))
+        self._turning = Turning(corner, held, *blocks, *blocks[2:])
         self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass
         self._free = system.floating
@@ -93,4 +96,34 @@ class KeptMatrix:
         if left > STALLED_RATIO:
             return True
         missing = math.log(work * left / wanted)
-        return k + missing / -math.log(left) > REPLACED_AFTER * self.patience
+        return k + missing / -math.log(left) > self.replaced_after * self.patience
+
+
+class TurnedMatrix(KeptMatrix):
+    """The same of the exact scheme: a matrix of the middle of a step, whose corrections are turned
+    to its end, see ``kernels.transport``; it is carried along within steps.  Iterations go on to
+    rounding error: there are more of them."""
+
+    replaced_after = 2.5
+
+    def __init__(self, system):
+        super().__init__(system)
+        blocks = self._turning.Q, self._turning.J
+        self._turning = self._turning._replace(Q_forces=np.zeros_like(blocks[0]),
+                                               J_forces=np.zeros_like(blocks[1]))
+        self._keep, self._carry = Call(transport.keep_step), Call(transport.carry_step)
+        self._carried, self.stale = True, False
+
+    def forget(self):
+        """Drop the factorization: the next step starts with its own."""
+        super().forget()
+        self._carried, self.stale = True, False
+
+    def made(self, step, state, place):
+        """Take the factorization that the solver has just made for an iterate."""
+        self._step, self._number, self.stale = step, self._system.factorizations, False
+        self._keep(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)
+
+    def carry(self, state, place):
+        """Turn the factorization along with the nodes to the iterate that was assembled last."""
+        self._carry(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)

@@ -117,11 +117,28 @@ class Iteration:
     Attributes:
         seconds: ``Seconds``, added to.
         kept: ``KeptMatrix``.
+        always_made: whether it is told of every matrix, also of one that is not to be kept.
     """
+
+    always_made = False
 
     def __init__(self, system, kept):
         self.system, self.kept = system, kept
         self.seconds = Seconds()
+
+    def increment(self, problem, rule, record):
+        """The increment (n_dof,) of a step: from the rates, from a start at rest, with a new matrix
+        each time; arguments and errors of ``solve``."""
+        try:
+            return self.solve(problem, rule, record)
+        except RatesMislead:
+            try:
+                return self.solve(problem, rule, record, at_rest=True)
+            except NotConverged:
+                pass
+        except NotConverged:
+            pass
+        return self.solve(problem, rule.full, record, at_rest=True)
 
     def solve(self, problem, rule, record, *, at_rest=False):
         """The increment of a step.
@@ -181,7 +198,7 @@ class Iteration:
             if k >= rule.least and (work <= floor or ends(rule, work, first, left, wanted, new)):
                 if k - made > kept.patience:
                     kept.forget()
-                if system.inside(problem.state, problem.step, delta):
+                if system.inside(problem.state, problem.place, problem.step, delta):
                     return delta
                 raise NotConverged("a normal left its chart")
             new = not rule.keep or (k > 1 and kept.too_slow(k, work, wanted, left))
@@ -216,7 +233,7 @@ class Iteration:
             record.count(self.system.factorize())
         finally:
             self.seconds.factorization += time.perf_counter() - clock
-        if keep:
+        if keep or self.always_made:
             self.kept.made(problem.step, problem.state, problem.place)
 
     def _correct(self):

@@ -12,8 +12,9 @@ from ..fields import check_fields, described, setting
 from ..kernels.arguments import EndFactors, Factors
 from ..system.coordinates import AXES
 
-SCHEMES = ("quasi", "newmark")
+SCHEMES = ("quasi", "exact", "newmark")
 TRANSFORMATIONS = ("midpoint", "average")
+DISSIPATES = ("selective", "constant")
 
 
 @described
@@ -22,30 +23,54 @@ class Scheme:
     """How a step is integrated.
 
     ``quasi`` has the parameters of Chung and Hulbert (1993), to whom the paper points as its
-    reference [67].  ``newmark`` is the trapezoidal rule with equilibrium at t_{n+1}, a baseline
-    that does not conserve.
+    reference [67].  ``exact`` conserves energy and both momenta to rounding error at any step (see
+    the theory page of it); its parameters are those of rho_inf = 1.  ``newmark`` is the trapezoidal
+    rule with equilibrium at t_{n+1}, a baseline that does not conserve.
 
     Raises:
-        InputError: unknown name, transformation or axes; rho_inf outside [0, 1], or given for
-            ``newmark``.
+        InputError: unknown name, transformation, axes or kind of dissipation; rho_inf outside
+            [0, 1]; what belongs to another scheme.
     """
 
-    name: str = setting("The quasi energy-momentum conserving scheme, or the trapezoidal rule, a "
-                        "baseline.", "quasi", choices=SCHEMES, option="scheme")
+    name: str = setting("The quasi energy-momentum conserving scheme (the paper's), one that "
+                        "conserves exactly, or the trapezoidal rule, a baseline.",
+                        "quasi", choices=SCHEMES, option="scheme")
     rho_inf: float = setting("Spectral radius at infinity, 0 to 1; 1 conserves, smaller values "
                              "dissipate high frequencies.", 1.0)
     transformation: str = setting("T at the generalized midpoint, or the weighted mean of both "
                                   "ends.", "midpoint", choices=TRANSFORMATIONS)
     axes: str = setting("Axes of the rotational variables: following each node, or global ones "
                         "that are switched (the paper's).", "nodal", choices=AXES)
+    dissipation: float = setting("Of exact: by how much strains are taken later than their mean, 0 "
+                                 "to 1; energy then never rises, momenta are kept.", 0.0)
+    dissipates: str = setting("Of exact: that much in elements that vibrate fast beside the step, "
+                              "less where motion is resolved, or the same everywhere.",
+                              "selective", choices=DISSIPATES)
 
     def __post_init__(self):
         check_fields(self)
-        if self.name == "newmark" and (self.rho_inf, self.transformation) != (1.0, "midpoint"):
-            raise InputError("rho_inf and transformation belong to the scheme quasi; newmark has "
-                             "none")
+        if self.name != "quasi" and (self.rho_inf, self.transformation) != (1.0, "midpoint"):
+            raise InputError(f"rho_inf and transformation belong to the scheme quasi; {self.name} "
+                             "has none")
+        if self.exact and self.axes != "nodal":
+            raise InputError("axes belong to the schemes quasi and newmark; exact has none")
+        if not 0.0 <= self.dissipation <= 1.0:
+            raise InputError(f"dissipation must lie in [0, 1], is {self.dissipation:g}")
+        if self.dissipation and not self.exact:
+            raise InputError(f"dissipation belongs to the scheme exact; {self.name} has "
+                             + ("rho_inf" if self.name == "quasi" else "none"))
         if not 0.0 <= self.rho_inf <= 1.0:
             raise InputError(f"rho_inf must lie in [0, 1], is {self.rho_inf:g}")
+
+    @property
+    def exact(self):
+        """Whether energy and momenta are conserved exactly."""
+        return self.name == "exact"
+
+    @property
+    def conserves(self):
+        """Whether energy is conserved, as far as the scheme can."""
+        return self.name != "newmark" and self.rho_inf == 1.0
 
     @cached_property
     def alpha_m(self):

@@ -18,6 +18,7 @@ from ..results.stresses import Configuration, configuration
 from ..runtime.memory import ELEMENT, check_memory
 from ..runtime.provenance import describe
 from ..signatures import File, checked
+from ..system.exact import ExactSystem
 from ..system.failure import told
 from ..system.loads import at_time
 from ..system.reactions import no_reactions
@@ -102,9 +103,12 @@ def _start(model, start):
 
 
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
-    system = System(model, settings.solver, settings.scheme.axes == "nodal")
-    stepper = Stepper(system, settings.scheme, settings.newton)
+    scheme = settings.scheme
+    system = (ExactSystem(model, settings.solver) if scheme.exact
+              else System(model, settings.solver, scheme.axes == "nodal"))
+    stepper = Stepper(system, scheme, settings.newton)
     run = _Run(system, settings, probes, start)
+    stepper.start(run.state)
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()

@@ -1,13 +1,14 @@
 """Steps of a motion: each solved by Newton's iteration, halved where that fails."""
 
 from ..errors import StepError
+from ..system.damping import Dissipation, strains
 from ..system.failure import NotConverged
 from ..system.loads import Iterate, at_time
 from ..system.reactions import no_reactions
-from ..system.state import blank_state
 from . import balance
-from .kept_matrix import KeptMatrix
-from .newton import Iteration, Problem, RatesMislead
+from .exact import ExactIteration
+from .kept_matrix import KeptMatrix, TurnedMatrix
+from .newton import Iteration, Problem
 
 MAX_HALVINGS = 10
 """A step is divided into at most 2^10 parts before the run gives up."""
@@ -24,9 +25,11 @@ class Stepper:
     def __init__(self, system, scheme, rule):
         """``scheme``: ``Scheme``; ``rule``: ``Newton``."""
         self.system, self._scheme, self._rule = system, scheme, rule
-        self.iteration = Iteration(system, KeptMatrix(system))
+        self.iteration = (ExactIteration(system, TurnedMatrix(system)) if scheme.exact
+                          else Iteration(system, KeptMatrix(system)))
+        self._dissipation = Dissipation(system.model, scheme) if scheme.dissipation else None
         self._factors = {}
-        self._before = blank_state(system.model.nodes, system.numbering.n_dof)
+        self._before = system.coordinates.blank_state(system.model)
 
     def forget(self):
         """Drop what is kept between steps, so that the next one depends on its state alone."""
@@ -58,7 +61,8 @@ class Stepper:
                           scheme.transformation == "average",
                           self.system.driven.increment(state, at_time(time + dt)))
         try:
-            self._accept(problem, time, self._solve(problem, record), record)
+            self._accept(problem, time, self.iteration.increment(problem, self._rule, record),
+                         record)
         except NotConverged as failure:
             if depth == MAX_HALVINGS:
                 raise StepError(f"no convergence at t = {time:.9g} s though the step was divided "
@@ -68,19 +72,10 @@ class Stepper:
             self.advance(state, place, time, half, record, depth + 1)
             self.advance(state, place, time + half, half, record, depth + 1)
 
-    def _solve(self, problem, record):
-        """The increment: from the rates, from a start at rest, with a new matrix each time."""
-        solve, rule = self.iteration.solve, self._rule
-        try:
-            return solve(problem, rule, record)
-        except RatesMislead:
-            try:
-                return solve(problem, rule, record, at_rest=True)
-            except NotConverged:
-                pass
-        except NotConverged:
-            pass
-        return solve(problem, rule.full, record, at_rest=True)
+    def start(self, state):
+        """What a run that begins, or goes on, at ``state`` needs of the scheme."""
+        if self._dissipation:
+            self._dissipation.begin(state)
 
     def _accept(self, problem, time, delta, record):
         """End of a converged step: new state, work of the loads, new axes.
@@ -98,7 +93,8 @@ class Stepper:
         if system.damping:
             braked = system.damping.braked(Iterate(state, problem.step, delta))
         before, lost = place.observed, 0.0
-        strains = system.damping and system.damping.strains(place.start)
+        damped = system.damping or self._dissipation
+        measures = damped and strains(place.start)
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
@@ -110,7 +106,9 @@ class Stepper:
                 system.observe(state, place)
                 driven += place.observed.energy
             if system.damping:
-                lost = braked + system.damping.lost(problem.step, strains, place.start)
+                lost = braked + system.damping.lost(problem.step, measures, place.start)
+            if self._dissipation:
+                lost += self._dissipation.lost(state, measures, place.start)
             state.external_work += work
             state.support_work += driven
             state.dissipated += lost

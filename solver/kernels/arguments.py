@@ -286,6 +286,41 @@ def nodal_work(n_nodes, n_directors):
         vectors(n_directors), vectors(n_directors), np.zeros((2, n_directors, 3)))
 
 
+class SpinWork(NamedTuple):
+    """Nodal quantities of one iterate of the exact scheme; what ``NodalWork`` has is the same.
+
+    Attributes:
+        dx: (n_nodes, 3).
+        p_end: (n_directors, 3).
+        p_mid: (n_directors, 3) means of the normals at both ends.
+        A1: (n_directors, 3, 3) columns b_k x p_mid.
+        inertial_x: (n_nodes, 3).
+        force_x: (n_nodes, 3).
+        force_p: (n_directors, 3).
+        spin_rate: (n_nodes, 3) rates of the momenta of the spins [N m].
+        frames: (n_nodes, 3, 3) nodal frames at the end of the step.
+    """
+
+    dx: np.ndarray
+    p_end: np.ndarray
+    p_mid: np.ndarray
+    A1: np.ndarray
+    inertial_x: np.ndarray
+    force_x: np.ndarray
+    force_p: np.ndarray
+    spin_rate: np.ndarray
+    frames: np.ndarray
+
+
+def spin_work(n_nodes, n_directors):
+    """``SpinWork`` of zeros."""
+    def vectors(n):
+        return np.zeros((n, 3))
+    return SpinWork(vectors(n_nodes), vectors(n_directors), vectors(n_directors),
+                    np.zeros((n_directors, 3, 3)), vectors(n_nodes), vectors(n_nodes),
+                    vectors(n_directors), vectors(n_nodes), np.zeros((n_nodes, 3, 3)))
+
+
 class Observation(NamedTuple):
     """Energies and momenta of a state.
 
@@ -333,8 +368,10 @@ class Turning(NamedTuple):
         held: (n_nodes,) bool, nodes with a support.
         frames: (n_nodes, 3, 3) axes of that element when the matrix was made.
         rates: (n_nodes, 3, 3) A_0, maps from rates of the variables then.
-        Q: (n_nodes, 3, 3) rotation since then.
+        Q: (n_nodes, 3, 3) rotation since then, of corrections.
         J: (n_nodes, 3, 3) map of the rotational variables since then.
+        Q_forces: (n_nodes, 3, 3) rotation since then, of residuals.
+        J_forces: (n_nodes, 3, 3) the same map for them.
     """
 
     corner: np.ndarray
@@ -343,3 +380,5 @@ class Turning(NamedTuple):
     rates: np.ndarray
     Q: np.ndarray
     J: np.ndarray
+    Q_forces: np.ndarray
+    J_forces: np.ndarray

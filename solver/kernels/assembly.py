@@ -39,7 +39,7 @@ def gather_positions(x, x_low, nodes, y_):
 
 
 @internal
-def _gather_increments(dx, nodes, dy_):
+def gather_increments(dx, nodes, dy_):
     """Increments of vertices 2..4 relative to vertex 1, ``dy_`` (3, 3, WIDTH)."""
     for v in range(WIDTH):
         el = min(v, nodes.shape[0] - 1)
@@ -59,7 +59,7 @@ def gather_vertices(p, vertices, q_):
 
 
 @internal
-def _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
+def gather_derivatives(A1, n_rot, nodes, directors, rotations, A_):
     """Columns dp/dn of the four vertices, ``A_`` (4, 3, 3, WIDTH), and how many of them are used in
     any lane."""
     rotations[:] = 0
@@ -99,7 +99,7 @@ def gather_strains(t, b, e, first, count, t_, b_, e_):
 
 
 @internal
-def _add(factor, q_, vertices, total):
+def add_vertices(factor, q_, vertices, total):
     """Add ``factor`` times the vectors ``q_`` (4, 3, WIDTH) of the vertices, element by element."""
     for v in range(vertices.shape[0]):
         for i in range(4):
@@ -108,7 +108,7 @@ def _add(factor, q_, vertices, total):
 
 
 @internal
-def _move(y_0, dy, weight, y):
+def move(y_0, dy, weight, y):
     """``y = y_0 + weight dy``"""
     for k in range(3):
         for c in range(3):
@@ -259,7 +259,7 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
         force_p = work.ends_p[0] if predicted.used else work.force_p
         add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work, force_p,
                        values)
-        _hold(dofs, storage, values)
+        hold(dofs, storage, values)
     return DONE
 
 
@@ -292,14 +292,14 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         if coupled:
             coupling = lanes(elements.coupling[group])
         gather_positions(x, x_low, nodes, y_0_)
-        _gather_increments(dx, nodes, dy_)
+        gather_increments(dx, nodes, dy_)
         gather_strains(t_start, b_start, e_start, first, count, t_, b_, e_)
         inertia = lanes(elements.inertia[group])
         mass, rotary = inertia[0], inertia[1]
 
         # 1. strains at the end of the step, Eqs. (8), (10), averaged with those at its start,
         #    Eq. (70), and local forces, Eq. (68)
-        _move(y_0, dy, 1.0, y)
+        move(y_0, dy, 1.0, y)
         gather_vertices(p_end, directors, p_)
         diagonals = element.frame(y, R)
         element.local_variables(R, y, p, y0, r0, t, b)
@@ -313,24 +313,24 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         if averaged:
             element.rotated_positions(R, y, p, yl, r)
             element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
-            _add(weight, f_x_, nodes, force_x)
-            _add(weight, f_p_, directors, ends_p[0])
+            add_vertices(weight, f_x_, nodes, force_x)
+            add_vertices(weight, f_p_, directors, ends_p[0])
             gather_vertices(start.p, directors, p_)
             diagonals = element.frame(y_0, R)
             element.rotated_positions(R, y_0, p, yl, r)
             element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
-            _add(alpha_f, f_x_, nodes, force_x)
-            _add(alpha_f, f_p_, directors, ends_p[1])
+            add_vertices(alpha_f, f_x_, nodes, force_x)
+            add_vertices(alpha_f, f_p_, directors, ends_p[1])
 
         # 3. or with T at the generalized midpoint
-        _move(y_0, dy, weight, y)
+        move(y_0, dy, weight, y)
         gather_vertices(p_mid, directors, p_)
         diagonals = element.frame(y, R)
         element.rotated_positions(R, y, p, yl, r)
         element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
         if not averaged:
-            _add(1.0, f_x_, nodes, force_x)
-        _add(1.0, f_p_, directors, force_p)
+            add_vertices(1.0, f_x_, nodes, force_x)
+        add_vertices(1.0, f_p_, directors, force_p)
 
         # 4. M U_ddot + F_m before A_1^T, Eqs. (37), (43)
         gather_vertices(inertial_x, nodes, a_x_)
@@ -340,12 +340,12 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             gather_rows(elements.eccentric.reshape(-1, 16), first, count,
                         eccentric_.reshape(16, WIDTH))
             add_eccentric_forces(eccentric, a_x, a_p, f_x, f_p)
-        _add(1.0, f_x_, nodes, force_x)
-        _add(1.0, f_p_, directors, rate_p)
+        add_vertices(1.0, f_x_, nodes, force_x)
+        add_vertices(1.0, f_p_, directors, rate_p)
 
         # 5. k_T, Eq. (63), and mass, Eq. (40)
         if with_tangent:
-            _gather_derivatives(A1, n_rot, nodes, directors, rotations, A_)
+            gather_derivatives(A1, n_rot, nodes, directors, rotations, A_)
             if predicted.used:
                 gather_rows(predicted.b, first, count, b_)
                 gather_rows(predicted.e, first, count, e_)
@@ -356,7 +356,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 element.local_forces(l, Q, k_b, t, b, e, B, f, g)
                 element.couple_forces(coupling, e, g)
                 _couples(R, g, f_p)
-                _add(1.0, f_p_, directors, ends_p[0])
+                add_vertices(1.0, f_p_, directors, ends_p[0])
             tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, rotations,
                     matrices, ke)
             add_mass(step.stiffness * step.strain_end / weight, step.mass, mass, rotary, A,
@@ -451,7 +451,7 @@ def add_moment_skew(dofs, storage, chart, factor, moments, work, skew):
 
 
 @internal
-def _hold(dofs, storage, values):
+def hold(dofs, storage, values):
     """Unit rows for held dofs."""
     if dofs.any_fixed:
         for k in range(dofs.fixed.shape[0]):

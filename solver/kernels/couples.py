@@ -7,11 +7,11 @@ moment ``sum r_j x f_j = I w = t``, exactly, whatever the shape of the element; 
 of t in its mean rotation.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from .charts import first_derivatives, normal
 from .jit import internal, kernel
 from .pressure import relative_positions
 from .storage import add_cell
@@ -26,7 +26,7 @@ class Couple(NamedTuple):
         inverse: (3, 3) of ``sum |r|^2 1 - r r^T`` [1/m^2].
         w: (3,) its product with the moment t [N/m].
         t: (3,) moment along the normal [N m].
-        p: (3,) normal of the node.
+        p: (3,) normal of the node, of unit length.
         A1: (3, 2) its derivatives.
     """
 
@@ -45,14 +45,13 @@ def _couple():
 
 
 @internal
-def _place(node, quad, moment, nodes, motion, delta, weight, y, couple):
-    """The couple of a moment about the normal of ``node`` on a quad, ``weight`` of the increment
-    on; False where the normal is off its chart."""
-    k = nodes.start[node] + 3
-    if not normal(motion.variables[node, 0] + weight * delta[k],
-                  motion.variables[node, 1] + weight * delta[k + 1], motion.chart[node], couple.p):
-        return False
-    first_derivatives(couple.p, motion.chart[node], couple.A1)
+def _place(d, quad, moment, nodes, motion, delta, weight, p, A1, y, couple):
+    """The couple of a moment about the normal ``p[d]`` on a quad, ``weight`` of the increment on.
+    """
+    size = math.sqrt(dot(p[d], p[d]))
+    for c in range(3):
+        couple.p[c] = p[d, c] / size
+        couple.A1[c, 0], couple.A1[c, 1] = A1[d, c, 0], A1[d, c, 1]
     relative_positions(quad, nodes, motion, delta, weight, y)
     along_p = dot(moment, couple.p)
     for c in range(3):
@@ -63,7 +62,6 @@ def _place(node, quad, moment, nodes, motion, delta, weight, y, couple):
         couple.t[c] = along_p * couple.p[c]
     _invert(couple.r, y, couple.inverse)
     _apply(couple.inverse, couple.t, couple.w)
-    return True
 
 
 @internal
@@ -123,13 +121,12 @@ def _stiffness(moment, couple, k, change, w_change, force):
 
 
 @kernel
-def add_couples(nodes, quads, moments, motion, delta, weight, forces):
-    """Add the forces of moments (n, 3) [N m] about the normals of the first nodes of quads (n, 4)
-    to ``forces`` (n_dof,)."""
+def add_couples(nodes, quads, directors, moments, motion, delta, weight, p, A1, forces):
+    """Add the forces of moments (n, 3) [N m] about the normals ``p[directors]`` of the first nodes
+    of quads (n, 4) to ``forces`` (n_dof,)."""
     y, force, couple = np.empty((3, 3)), np.empty(3), _couple()
     for k in range(quads.shape[0]):
-        if not _place(quads[k, 0], quads[k], moments[k], nodes, motion, delta, weight, y, couple):
-            continue
+        _place(directors[k], quads[k], moments[k], nodes, motion, delta, weight, p, A1, y, couple)
         for i in range(4):
             cross(couple.w, couple.r[i], force)
             for c in range(3):
@@ -137,15 +134,15 @@ def add_couples(nodes, quads, moments, motion, delta, weight, forces):
 
 
 @kernel
-def add_couples_stiffness(dofs, storage, quads, moments, motion, delta, step, values, skew):
+def add_couples_stiffness(dofs, storage, quads, directors, moments, motion, delta, step, p, A1,
+                          values, skew):
     """Add their stiffness to the symmetric part of a matrix, and to the skew part if it has one."""
     y, couple, k_c = np.empty((3, 3)), _couple(), np.empty((4, 5, 4, 5))
     change, w_change, force, moment = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(quads.shape[0]):
         for c in range(3):
             moment[c] = step.stiffness * moments[k, c]
-        if not _place(quads[k, 0], quads[k], moment, dofs.nodes, motion, delta,
-                      1.0 - step.alpha_f, y, couple):
-            continue
+        _place(directors[k], quads[k], moment, dofs.nodes, motion, delta, 1.0 - step.alpha_f, p,
+               A1, y, couple)
         _stiffness(moment, couple, k_c, change, w_change, force)
         add_cell(dofs, storage, quads[k], (5, 3, 3, 3), k, k_c, values, skew)

@@ -111,7 +111,7 @@ def frame_of(body, d, p, e):
             e[row, c] = b[0, c] * a[0, row] + b[1, c] * a[1, row] + b[2, c] * a[2, row]
 
 
-@internal
+@kernel
 def spin_of(a, b, a_dot, b_dot, omega):
     """Spin of a rigid pair of unit vectors: ``omega = a x a_dot + c a``, c from ``omega x b``."""
     side, rest = np.empty(3), np.empty(3)

@@ -5,6 +5,10 @@ tumbles.  A matrix K_0 factorized some steps ago therefore serves: ``K^-1 = T K_
 block diagonal T.  Displacements of a node turn by the rotation Q of an element beside it since
 then, and rates of its rotational variables by ``J = P Q A_0``, where A_0 maps old rates to those
 of the normal (or to the spin of a junction) and P maps turned ones to the present variables.
+
+The matrix of the exact scheme has its forces in the axes of the middle of a step and its
+corrections in those of the end, ``K^-1 = T_1 K_0^-1 T_m^T``: that turns symmetric factors into the
+unsymmetric matrix, but for inertia.
 """
 
 import numpy as np
@@ -15,9 +19,8 @@ from .junctions import frame_of, spins
 
 
 @internal
-def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, variables):
-    """Axes of an element beside node i (rows), and the maps from rates of its variables to those
-    of the normal or to the spin (columns of ``rates``), and back (rows of ``variables``)."""
+def _axes(i, quads, corner, x, x_low, y, frame):
+    """Axes (rows) of an element beside node i."""
     quad = quads[corner[i]]
     first = quad[0]
     for k in range(3):
@@ -25,6 +28,12 @@ def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, var
         for c in range(3):
             y[k, c] = (x[node, c] - x[first, c]) + (x_low[node, c] - x_low[first, c])
     element.frame(y, frame)
+
+
+@internal
+def _bases(i, nodes, chart, p, A1, e, rates, variables):
+    """Maps from rates of the variables of node i to those of the normal or to the spin (columns of
+    ``rates``), and back (rows of ``variables``)."""
     d = nodes.first[i]
     if nodes.n_rot[i] == 2:
         for k in range(2):
@@ -32,35 +41,104 @@ def _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, rates, var
                 variables[k, c] = chart[i, k, c]
                 rates[c, k] = A1[d, c, k]
     else:
-        frame_of(nodes.body, d, p, y)
-        spins(y, chart[i], variables, rates)
+        frame_of(nodes.body, d, p, e)
+        spins(e, chart[i], variables, rates)
+
+
+@internal
+def _unit(a):
+    """Fill ``a`` with 1."""
+    for r in range(3):
+        for c in range(3):
+            a[r, c] = 1.0 if r == c else 0.0
 
 
 @kernel
 def keep(nodes, quads, motion, start, turning):
     """Element axes and rates A_0 of a factorization, into ``turning``."""
-    x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
-    corner, _, frames, rates, _, _ = turning
     y, variables = np.empty((3, 3)), np.empty((3, 3))
-    for i in range(corner.shape[0]):
-        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frames[i], rates[i], variables)
+    for i in range(turning.corner.shape[0]):
+        _axes(i, quads, turning.corner, motion.x, motion.x_low, y, turning.frames[i])
+        _bases(i, nodes, motion.chart, start.p, start.A1, y, turning.rates[i], variables)
 
 
 @kernel
 def carry(nodes, quads, motion, start, turning):
     """Blocks Q and J of T since ``keep``; 1 at nodes that are held."""
-    x, x_low, chart, p, A1 = motion.x, motion.x_low, motion.chart, start.p, start.A1
-    corner, held, frames, rates, Q, J = turning
     y, frame, variables = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    n_rot, unused = nodes.n_rot, np.empty((3, 3))
+    unused = np.empty((3, 3))
+    for i in range(turning.corner.shape[0]):
+        if turning.held[i]:
+            _unit(turning.Q[i])
+            _unit(turning.J[i])
+            continue
+        _axes(i, quads, turning.corner, motion.x, motion.x_low, y, frame)
+        _bases(i, nodes, motion.chart, start.p, start.A1, y, unused, variables)
+        _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], turning.Q[i],
+              turning.J[i])
+
+
+@internal
+def _step_axes(i, quads, corner, motion, dx, part, y, frame):
+    """``_axes`` where a part of a step's displacements dx is done."""
+    quad = quads[corner[i]]
+    first = quad[0]
+    for k in range(3):
+        node = quad[k + 1]
+        for c in range(3):
+            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
+                       + (motion.x_low[node, c] - motion.x_low[first, c])
+                       + part * (dx[node, c] - dx[first, c]))
+    element.frame(y, frame)
+
+
+@internal
+def _spin_bases(i, nodes, chart, work, rates, of_forces, of_corrections):
+    """As ``_bases`` in a step of the exact scheme: ``rates`` from variables at its middle, and
+    back, of residuals ``r_k = (b_k x p_m) . f`` (of a junction ``b_k . m``) and of corrections at
+    its end."""
+    d = nodes.first[i]
+    size = (work.p_mid[d, 0]**2 + work.p_mid[d, 1]**2 + work.p_mid[d, 2]**2)
+    for k in range(nodes.n_rot[i]):
+        for c in range(3):
+            t, end = chart[i, k, c], work.frames[i, k, c]
+            mean = 0.5 * (t + end)
+            if nodes.n_rot[i] == 2:
+                rates[c, k] = work.A1[d, c, k]
+                of_forces[k, c], of_corrections[k, c] = mean / size, end
+            else:
+                rates[c, k] = of_forces[k, c] = t
+                of_corrections[k, c] = mean
+
+
+@kernel
+def keep_step(nodes, quads, motion, work, turning):
+    """``keep`` at the middle of the step that ``work``, a ``SpinWork``, is of."""
+    y, unused = np.empty((3, 3)), np.empty((3, 3))
+    for i in range(turning.corner.shape[0]):
+        _step_axes(i, quads, turning.corner, motion, work.dx, 0.5, y, turning.frames[i])
+        _spin_bases(i, nodes, motion.chart, work, turning.rates[i], y, unused)
+
+
+@kernel
+def carry_step(nodes, quads, motion, work, turning):
+    """Blocks of T_m and T_1 since ``keep_step``; 1 at nodes that are held."""
+    y, frame, unused = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    of_forces, of_corrections = np.empty((3, 3)), np.empty((3, 3))
+    corner, held, frames, rates, Q, J, Q_forces, J_forces = turning
     for i in range(corner.shape[0]):
         if held[i]:
-            for r in range(3):
-                for c in range(3):
-                    Q[i, r, c] = J[i, r, c] = 1.0 if r == c else 0.0
+            _unit(Q[i])
+            _unit(J[i])
+            _unit(Q_forces[i])
+            _unit(J_forces[i])
             continue
-        _bases(i, nodes, quads, corner, x, x_low, chart, p, A1, y, frame, unused, variables)
-        _turn(frame, frames[i], rates[i], variables, n_rot[i], Q[i], J[i])
+        n_rot = nodes.n_rot[i]
+        _spin_bases(i, nodes, motion.chart, work, unused, of_forces, of_corrections)
+        _step_axes(i, quads, corner, motion, work.dx, 0.5, y, frame)
+        _turn(frame, frames[i], rates[i], of_forces, n_rot, Q_forces[i], J_forces[i])
+        _step_axes(i, quads, corner, motion, work.dx, 1.0, y, frame)
+        _turn(frame, frames[i], rates[i], of_corrections, n_rot, Q[i], J[i])
 
 
 @inlined
@@ -82,7 +160,7 @@ def _turn(frame, frame_0, A_0, P, n_rot, Q, J):
 @kernel
 def turn_back(nodes, turning, forces, turned):
     """``turned = T^T forces``: a residual in the axes of the factorization."""
-    start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q, turning.J
+    start, n_rot, Q, J = nodes.start, nodes.n_rot, turning.Q_forces, turning.J_forces
     for i in range(start.shape[0]):
         k = start[i]
         for c in range(3):

@@ -37,7 +37,7 @@ class Charts:
     """
 
     def __init__(self, model, numbering, follow=True):
-        self._follow = follow
+        self._follow, self._normals = follow, model.normals
         self.kept, self.fixed = model.kept.copy(), _fixed(model, numbering)
         self.frames = _first_frames(model)
         owner = np.repeat(np.arange(len(model.nodes)), np.diff(model.directors.first))
@@ -56,15 +56,13 @@ class Charts:
         Raises:
             InputError: a supported component has an initial velocity.
         """
-        state = blank_state(model.nodes, self._numbering.n_dof)
+        state = self.blank_state(model)
         p, velocity, rates = model.normals, model.velocity, model.normal_velocity
         if start is not None:
             state.x[:] += start.displacement
             p, velocity, rates = start.directors, start.velocity, start.director_rates
         state.velocity[self._translations] = velocity
-        frames = _turned(self.frames, model.directors.first, model.normals, p)
-        nodes.start_charts(self.nodes, self.kept, p, rates, frames, state.variables, state.chart,
-                           state.velocity)
+        self._set_rotations(model, state, p, rates)
         if self.constraints:
             self.constraints.follow(state)
         moving = np.abs(state.velocity - self.free(state.velocity))
@@ -75,6 +73,27 @@ class Charts:
                              "zero")
         state.velocity[:] = self.free(state.velocity)
         return state
+
+    def blank_state(self, model):
+        """A state of zeros."""
+        return blank_state(model.nodes, self._numbering.n_dof)
+
+    def _set_rotations(self, model, state, p, rates):
+        """Charts, variables and their rates of the normals p with these rates."""
+        frames = turned_frames(self.frames, model.directors.first, model.normals, p)
+        nodes.start_charts(self.nodes, self.kept, p, rates, frames, state.variables, state.chart,
+                           state.velocity)
+
+    def increment_to(self, state, i, turn):
+        """Increments of the rotational variables of node i by which it comes to where ``turn``, a
+        ``Rotation``, takes it from its initial place, Eqs. (5), (11)."""
+        triad, n_rot = state.chart[i], self.nodes.n_rot[i]
+        if n_rot == 2:
+            there = triad[:2] @ turn.apply(self._normals[self.nodes.first[i]].copy())
+        else:
+            _, e_y, e_z = turn.apply(self.frames[i])
+            there = np.array([triad[0] @ e_y, triad[1] @ e_y, triad[0] @ e_z])
+        return there - state.variables[i, :n_rot]
 
     def free(self, vector):
         """A vector (n_dof,) without what supports hold of it."""
@@ -92,10 +111,24 @@ class Charts:
             raise NotConverged(f"the normal of node {lost} has left its chart")
         self._rates(self.nodes, state.velocity, start.A1, start.p_dot)
 
-    def inside(self, state, step, delta, work):
+    def advance(self, state, start, step, delta, work):
+        """Directors of an iterate into ``work``.
+
+        Raises:
+            NotConverged: a normal leaves its chart.
+        """
+        if not self.inside(state, start, step, delta, work):
+            raise NotConverged("a normal leaves the chart of its variables")
+
+    def inside(self, state, start, step, delta, work):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
         delta = np.ascontiguousarray(delta, dtype=float)
         return self._advance(self.nodes, state.motion, step, delta, work) == DONE
+
+    @staticmethod
+    def lost(node):
+        """What happened where the directors of a ``node`` cannot be placed."""
+        return f"a normal of node {node} leaves the chart of its variables"
 
     def change_of_directors(self, start, increment):
         """``A1 dn`` (n_directors, 3) of a small increment (n_dof,) at a ``Start``."""
@@ -145,7 +178,7 @@ def _first_frames(model):
     return frames
 
 
-def _turned(frames, first, before, p):
+def turned_frames(frames, first, before, p):
     """Nodal frames of junctions turned as their directors from ``before`` to p, by least
     squares."""
     frames = frames.copy()

@@ -63,11 +63,6 @@ class Viscous:
         spin = np.linalg.solve(inertia, np.cross(arms, momenta).sum(axis=0))
         return momenta.sum(axis=0) / total + np.cross(spin, arms)
 
-    @staticmethod
-    def strains(start):
-        """Strain measures of ``arguments.Start`` to compare later ones with."""
-        return start.b.copy(), start.e.copy()
-
     def lost(self, step, before, start):
         """Energy that the stiffness part took in a step, ``eta/dt (|de|^2 + db . k_b db)`` [J].
 
@@ -77,5 +72,52 @@ class Viscous:
             start: ``arguments.Start`` at its end.
         """
         lag = step.strain_end - (1.0 - step.alpha_f)
+        return 2.0 * lag * float(energies(self._k_b, start.b - before[0],
+                                          start.e - before[1]).sum())
+
+
+class Dissipation:
+    """Dissipation of the scheme ``exact``: strains are taken later than their mean, by ``lags`` of
+    the state; see the theory page of the scheme.
+
+    Constant lags are those of a viscosity ``lag dt``.  Selective ones are ``c/2 D/(D + 4 A)`` with
+    the energies of an element's increment in the last step, D, and of its mean, A: of second order
+    in dt.
+    """
+
+    def __init__(self, model, scheme):
+        """``scheme``: ``Scheme``."""
+        self._most, self._selective = 0.5 * scheme.dissipation, scheme.dissipates == "selective"
+        self._k_b = apart(model.elements.k_b, len(model.quads))
+
+    def begin(self, state):
+        """Lags of the first step: constant ones."""
+        if not self._selective:
+            state.lags[:] = self._most
+
+    def lost(self, state, before, start):
+        """Energy that a step took [J], whose lags are those of ``state``, and the lags of the next.
+
+        Args:
+            state: ``State``; its lags are renewed.
+            before: ``strains`` at the start of the step.
+            start: ``arguments.Start`` at its end.
+        """
         db, de = start.b - before[0], start.e - before[1]
-        return lag * float(np.sum(de * de) + np.einsum("ei,eij,ej->", db, self._k_b, db))
+        increment = energies(self._k_b, db, de)
+        lost = 2.0 * float(state.lags[:, 0] @ increment)
+        if self._selective:
+            mean = 4.0 * energies(self._k_b, start.b - 0.5 * db, start.e - 0.5 * de) + increment
+            state.lags[:, 0] = self._most * np.divide(increment, mean, where=mean > 0.0,
+                                                      out=np.zeros_like(mean))
+        return lost
+
+
+def strains(start):
+    """Strain measures of ``arguments.Start`` to compare later ones with."""
+    return start.b.copy(), start.e.copy()
+
+
+def energies(k_b, b, e):
+    """(n_elem,) energies ``(|e|^2 + b . k_b b)/2`` of measures [J]."""
+    return 0.5 * (np.sum(e * e, axis=1) + np.einsum("ei,eij,ej->e", b, k_b, b))

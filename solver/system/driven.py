@@ -62,9 +62,8 @@ class Driven:
             turn = self._turn(drive, value)
             for i in drive.nodes:
                 at = self._numbering.start[i] + 3
-                increment[at:at + self._numbering.n_rot[i]] = (
-                    self._variables(i, turn, state.chart[i])
-                    - state.variables[i, :self._numbering.n_rot[i]])
+                increment[at:at + self._numbering.n_rot[i]] = self._coordinates.increment_to(
+                    state, i, turn)
         return increment
 
     def correction(self, state, start, value):
@@ -151,13 +150,6 @@ class Driven:
     @staticmethod
     def _turn(drive, value):
         return Rotation.from_rotvec(value(drive.turning) * np.array(drive.rotation))
-
-    def _variables(self, i, turn, triad):
-        """Rotational variables of a node that is turned as a rigid body, Eqs. (5), (11)."""
-        if self._numbering.n_rot[i] == 2:
-            return triad[:2] @ turn.apply(self._normals[self._first[i]].copy())
-        _, e_y, e_z = turn.apply(self._coordinates.frames[i])
-        return np.array([triad[0] @ e_y, triad[1] @ e_y, triad[0] @ e_z])
 
 
 def _arc(p, goal):

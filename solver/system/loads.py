@@ -25,11 +25,15 @@ class Iterate(NamedTuple):
         state: at the start of the step.
         step: its coefficients.
         delta: (n_dof,) increment.
+        p: (n_directors, 3) normals at the generalized midpoint, for items that take them.
+        A1: (n_directors, 3, 3) their derivatives.
     """
 
     state: State
     step: Factors
     delta: np.ndarray
+    p: np.ndarray | None = None
+    A1: np.ndarray | None = None
 
 
 class DeadLoads:
@@ -125,6 +129,7 @@ class NormalCouples:
             _, one, other, _ = model.pairs
             counts[one] = counts[other] = counts[one] + counts[other]
         shares = 1.0 / counts[nodes, None]
+        self._directors = model.directors.first[nodes]
         self._patterns = {history: shares * pattern[nodes]
                           for history, pattern in patterns.items()}
 
@@ -134,13 +139,15 @@ class NormalCouples:
 
     def add_forces(self, dofs, iterate, moments, forces):
         """Add the forces at an iterate to ``forces`` (n_dof,) [N]."""
-        couples.add_couples(dofs.nodes, self.cells, moments, iterate.state.motion, iterate.delta,
-                            1.0 - iterate.step.alpha_f, forces)
+        couples.add_couples(dofs.nodes, self.cells, self._directors, moments, iterate.state.motion,
+                            iterate.delta, 1.0 - iterate.step.alpha_f, iterate.p, iterate.A1,
+                            forces)
 
     def add_matrix(self, dofs, iterate, moments, storage, values, skew):
         """Add their stiffness to the symmetric part and, if there is one, to the skew part."""
-        couples.add_couples_stiffness(dofs, storage, self.cells, moments, iterate.state.motion,
-                                      iterate.delta, iterate.step, values, skew)
+        couples.add_couples_stiffness(dofs, storage, self.cells, self._directors, moments,
+                                      iterate.state.motion, iterate.delta, iterate.step, iterate.p,
+                                      iterate.A1, values, skew)
 
 
 class CentrifugalForces:

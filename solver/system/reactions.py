@@ -84,7 +84,11 @@ def no_reactions(n_nodes):
 
 
 class Supported:
-    """Where supports act; takes their reactions from the residual of an iterate."""
+    """Where supports act; takes their reactions from the residual of an iterate.
+
+    Attributes:
+        directors: (n,) normals of the nodes with a held normal.
+    """
 
     def __init__(self, model, numbering, fixed):
         """``fixed``: (n_dof,) bool."""
@@ -98,14 +102,14 @@ class Supported:
         self._nodes = np.unique(nodes)
         counts = np.diff(directors.first)[self._nodes]
         self._begins = np.cumsum(counts) - counts
-        self._directors = np.concatenate([np.zeros(0, dtype=np.int64), *(
+        self.directors = np.concatenate([np.zeros(0, dtype=np.int64), *(
             np.arange(*directors.first[i:i + 2]) for i in self._nodes)])
         # a moment about the normal of a smooth node is shared by the elements around it, unless the
         # node is clamped; see ``loads.NormalCouples``
         self._shared = self._nodes[(counts == 1) & ~model.fixed[self._nodes].all(axis=1)]
         self._shared_directors = directors.first[self._shared]
 
-    def reactions(self, residual, work, x, moments, ends=None):
+    def reactions(self, residual, inner, p, x, moments):
         """``Reactions`` at an iterate.
 
         ``R = M U_ddot + F_int - F_ext`` as far as it is held, and at nodes with a held normal
@@ -113,23 +117,20 @@ class Supported:
 
         Args:
             residual: ``arguments.Residual``.
-            work: ``arguments.NodalWork``.
+            inner: (n, 3) ``p_d x f_d`` of the normals ``directors`` [N m].
+            p: (n_directors, 3) normals there.
             x: (n_nodes, 3) positions there [m].
             moments: (n_nodes, 3) applied ones about fixed axes [N m].
-            ends: (2, n_directors, 3) normals at the end and the start of the step, where T is the
-                average of both.
         """
         forces = (residual.balance - residual.unmasked)[self._dofs]
-        total, at = np.zeros(self._shape), self._directors
-        if len(at):
-            p = work.p_mid[at]
-            if ends is None:
-                turning = np.cross(p, work.force_p[at] + work.rate_p[at])
-            else:
-                turning = np.cross(p, work.rate_p[at]) + sum(
-                    np.cross(normals[at], of[at]) for normals, of in zip(ends, work.ends_p))
-            total[self._nodes] = np.add.reduceat(turning, self._begins) - moments[self._nodes]
-            p, given = work.p_mid[self._shared_directors], moments[self._shared]
-            total[self._shared] += np.sum(given * p, axis=1, keepdims=True) * p
+        total = np.zeros(self._shape)
+        if len(self.directors):
+            total[self._nodes] = np.add.reduceat(inner, self._begins) - moments[self._nodes]
+            total[self._shared] += along(moments[self._shared], p[self._shared_directors])
         return Reactions(forces, total, forces.sum(axis=0),
                          np.cross(x, forces).sum(axis=0) + total.sum(axis=0))
+
+
+def along(moments, p):
+    """The parts of moments (n, 3) along vectors p (n, 3)."""
+    return (np.sum(moments * p, axis=1) / np.sum(p * p, axis=1))[:, None] * p

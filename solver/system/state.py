@@ -1,6 +1,6 @@
 """What a motion consists of at one instant, and what follows from it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,9 +22,12 @@ class State:
         dissipated: energy that damping took [J].
         peak: largest energy of the shell or work of its loads so far [J].
         missed: energy since t = 0 that is not work of the loads [J].
+        lags: (n_elem, 1) by how much the dissipation of ``exact`` moves the mean of an element's
+            strains towards the end of the step; none of other schemes.
     """
 
     motion: Motion
+    lags: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     external_work: float = 0.0
     support_work: float = 0.0
     dissipated: float = 0.0
@@ -38,15 +41,19 @@ class State:
     velocity = property(lambda self: self.motion.velocity)
     acceleration = property(lambda self: self.motion.acceleration)
 
+    @property
+    def _arrays(self):
+        return *self.motion, self.lags
+
     def pack(self):
         """All numbers of the state as one float64 vector."""
-        return np.concatenate([*(array.ravel() for array in self.motion),
+        return np.concatenate([*(array.ravel() for array in self._arrays),
                                [getattr(self, name) for name in TOTALS]])
 
     def unpack(self, packed):
         """Take over the numbers of ``pack``."""
         at = 0
-        for array in self.motion:
+        for array in self._arrays:
             array[...] = packed[at:at + array.size].reshape(array.shape)
             at += array.size
         for name, value in zip(TOTALS, packed[at:], strict=True):
@@ -54,7 +61,7 @@ class State:
 
     def take(self, other):
         """Become as another state of the same model."""
-        for own, given in zip(self.motion, other.motion):
+        for own, given in zip(self._arrays, other._arrays):
             np.copyto(own, given)
         for name in TOTALS:
             setattr(self, name, getattr(other, name))
@@ -73,10 +80,11 @@ class Place:
     observed: Observation | None = None
 
 
-def blank_state(nodes, n_dof):
+def blank_state(nodes, n_dof, n_lags=0):
     """Nodes at their initial places, axes along the global ones, everything else zero."""
     return State(Motion(nodes.copy(), np.zeros_like(nodes), np.zeros_like(nodes),
-                        np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof)))
+                        np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof)),
+                 np.zeros((n_lags, 1)))
 
 
 def blank_place(elements, n_directors):

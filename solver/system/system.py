@@ -23,7 +23,7 @@ from .failure import NotConverged
 from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
-from .reactions import Reactions, Resultant, Supported
+from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
 
@@ -55,6 +55,7 @@ class System:
         nodal_mass: (n_nodes,) lumped masses [kg].
         lengths: (n_dof,) 1 of a displacement, the shell's size [m] of a rotational variable: their
             products are of one unit.
+        nodal: ``arguments.NodalWork`` of the last iterate.
         inner_forces: (n_dof,) of springs and damping in the last iterate.
         factorizations: how many there have been, by which a kept one is known.
     """
@@ -68,7 +69,7 @@ class System:
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         cells = [item.cells for item in (*self._items, *self._springs)]
         self.numbering = number_dofs((model.quads, *cells), n_rot)
-        self.coordinates = Charts(model, self.numbering, follow)
+        self.coordinates = self._make_coordinates(follow)
         fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
         self.supported = bool(fixed.any()) or constraints is not None or model.grounded
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
@@ -95,12 +96,20 @@ class System:
         self._inner = bool(self._springs or self.damping)
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
-        self._step, self._observe = Call(assembly.step_system), Call(observation.observe)
-        self._resultant = Call(observation.resultant)
-        self._work = nodal_work(len(model.nodes), len(model.normals))
+        self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
+        self._make_kernels()
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
+
+    def _make_coordinates(self, follow):
+        """What the unknowns are."""
+        return Charts(self.model, self.numbering, follow)
+
+    def _make_kernels(self):
+        """What assembles, and its work arrays."""
+        self._step = Call(assembly.step_system)
+        self.nodal = nodal_work(len(self.model.nodes), len(self.model.normals))
 
     def start(self, start=None):
         """State at t = 0: the configuration and velocities of the model, or of ``start``; U_ddot is
@@ -197,10 +206,10 @@ class System:
         Raises:
             NotConverged: a normal leaves the chart of its rotational variables.
         """
-        solver, dead = self.solver, loads.dead
+        dead = loads.dead
         delta = np.ascontiguousarray(delta, dtype=float)
         if self._items or self._inner:
-            iterate = Iterate(state, step, delta)
+            iterate = self._iterate(state, place, step, delta)
             self.inner_forces[:] = self._ground_forces[:] = 0.0
             for spring in self._springs:
                 spring.add_forces(self.dofs, iterate, self._ground_forces if spring.grounded
@@ -212,16 +221,26 @@ class System:
             dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
                 item.add_forces(self.dofs, iterate, values, dead.forces)
-        lost = self._step(
-            self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
-            solver.storage, tangent, predicted or self._unpredicted, solver.values,
-            self.residual, self._work)
+        lost = self._assemble(state, place, step, delta, dead, averaged, tangent, predicted)
         if lost != DONE:
-            raise NotConverged(f"a normal of node {lost} leaves the chart of its variables")
+            raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
         if tangent and (self._springs or not self.all_dead):
-            self._add_items(Iterate(state, step, delta), loads)
+            self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
+
+    def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
+        """Residual and matrix of the shell and the dead loads; a node that fails."""
+        return self._step(
+            self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
+            self.solver.storage, tangent, predicted or self._unpredicted, self.solver.values,
+            self.residual, self.nodal)
+
+    def _iterate(self, state, place, step, delta):
+        """``Iterate`` with the normals at the generalized midpoint."""
+        if self._items:
+            self.coordinates.advance(state, place.start, step, delta, self.nodal)
+        return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 
     def applied(self, loads):
         """(n_dof,) generalized forces of the loads in the iterate that was assembled last."""
@@ -233,10 +252,11 @@ class System:
         """``Reactions`` of the iterate that was assembled last, of the same arguments; forces and
         moments are those of the generalized midpoint.  Springs to the ground, and damping of a
         shell that is held, are among them."""
-        work = self._work
+        work = self.nodal
         x = state.x + (1.0 - step.alpha_f) * work.dx
-        found = self._supported.reactions(self.residual, work, x, loads.dead.moments,
-                                          (work.p_end, place.start.p) if averaged else None)
+        found = self._supported.reactions(
+            self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
+            loads.dead.moments)
         if not self._inner:
             return found
         forces = self._ground_forces[self.translations]
@@ -245,6 +265,17 @@ class System:
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def _moments_on_normals(self, place, averaged):
+        """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that
+        ``Supported.directors`` names, of the iterate that was assembled last [N m]."""
+        work, at = self.nodal, self._supported.directors
+        p = work.p_mid[at]
+        if not averaged:
+            return np.cross(p, work.force_p[at] + work.rate_p[at])
+        return np.cross(p, work.rate_p[at]) + sum(
+            np.cross(normals[at], of[at])
+            for normals, of in zip((work.p_end, place.start.p), work.ends_p))
 
     def forces_of_springs(self, state, start, motion):
         """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from ``state``:
@@ -275,8 +306,8 @@ class System:
             moment += loads.dead.moments.sum(axis=0)
             for item in self._items:
                 if isinstance(item, NormalCouples):  # its forces have these moments
-                    p = self._work.p_mid[self.model.directors.first[item.nodes]]
-                    moment -= np.sum(loads.dead.moments[item.nodes] * p, axis=1) @ p
+                    p = self.nodal.p_mid[self.model.directors.first[item.nodes]]
+                    moment -= along(loads.dead.moments[item.nodes], p).sum(axis=0)
         return Resultant(force, moment)
 
     def _add_items(self, iterate, loads):
@@ -289,11 +320,11 @@ class System:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
-                                     loads.dead.moments, self._work, solver.skew)
+                                     loads.dead.moments, self.nodal, solver.skew)
 
-    def inside(self, state, step, delta):
+    def inside(self, state, place, step, delta):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
-        return self.coordinates.inside(state, step, delta, self._work)
+        return self.coordinates.inside(state, place.start, step, delta, self.nodal)
 
     def nodal_normals(self, place):
         """(n_nodes, 3) normals; at a junction that of its first plate."""

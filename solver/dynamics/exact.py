@@ -1,0 +1,101 @@
+"""Newton's iteration of a step of the exact scheme, to rounding error.
+
+What a step conserves is conserved as far as its equations are solved, so the iteration goes on
+until the work of a correction is that of rounded strains (``System.roundoff_work``).  It starts
+without the velocities of the nodes: a conserving scheme never removes their fast part, and dt
+times it leads far from what comes.
+"""
+
+from ..system.failure import NotConverged
+from .newton import Iteration
+
+LARGEST_CORRECTION = 0.5
+"""Turn of a node [rad] by one correction, which is shortened to it."""
+
+STALLED, NEAR = 0.3, 1e3
+"""Ratio of the works of two corrections, and times the work of rounding error below it, from which
+the iteration is at its floor."""
+
+TURNING = 1
+"""Number of the last correction for which a kept matrix is turned anew (measured: later ones gain
+nothing)."""
+
+FLOOR = 1.0 / 64.0
+"""Part of the work of rounded strains at which the iteration ends (measured: a larger one leaves a
+drift ten times that of rounding, a smaller one is not reached)."""
+
+LONGER = 2
+"""Times ``max_iterations`` that an iteration may take that goes to rounding error."""
+
+
+class ExactIteration(Iteration):
+    """Newton's iteration on an ``ExactSystem``."""
+
+    always_made = True
+
+    def increment(self, problem, rule, record):
+        """The increment (n_dof,) of a step: from that of the last one, then from a rigid motion,
+        with a new matrix each time; arguments and errors of ``solve``."""
+        try:
+            return self.solve(problem, rule, record, again=True)
+        except NotConverged:
+            pass
+        if rule.keep:
+            try:
+                return self.solve(problem, rule.full, record, again=True)
+            except NotConverged:
+                pass
+        return self.solve(problem, rule.full, record)
+
+    def solve(self, problem, rule, record, *, again=False):
+        """The increment of a step.
+
+        Args:
+            problem: ``Problem``.
+            rule: ``Newton``; its tolerance takes no part.
+            record: ``StepRecord``, added to.
+            again: whether it starts from the increment of the last step, not from a rigid motion.
+
+        Returns:
+            (n_dof,) increment.
+
+        Raises:
+            NotConverged: the reason why there is no increment.
+        """
+        system, kept = self.system, self.kept
+        observed, state = problem.place.observed, problem.state
+        floor = FLOOR * system.roundoff_work(observed.kinetic)
+        delta = correction = system.coordinates.predict(
+            system.nodal_mass, state, problem.place, problem.dt, system.floating,
+            again and bool(state.acceleration.any()))
+        if problem.driven is not None:
+            delta = system.free(delta) + problem.driven
+        new = not (rule.keep and kept.serves(problem.step))
+        stale, made, first, last = not new and kept.stale, -1, 0.0, 0.0
+        for k in range(LONGER * rule.max_iterations):
+            delta = self._assemble(problem, delta, correction, new)
+            if new:
+                self._factorize(problem, rule.keep, record)
+                made = k
+            if new or k <= TURNING:
+                kept.carry(state, problem.place)
+            correction, work = self._correct()
+            record.iterations += 1
+            turn = system.coordinates.size_of_turn(correction)
+            if turn > LARGEST_CORRECTION:
+                correction = correction * (LARGEST_CORRECTION / turn)
+            delta = delta + correction
+            first = first or work
+            record.work_ratio = work / first if first > 0.0 else 0.0
+            left = work / last if last > 0.0 else 1.0
+            if k and (work * min(left, 1.0) <= floor
+                      or (left > STALLED and work <= NEAR * floor)):
+                kept.stale = k - max(made, 0) > kept.patience
+                return delta
+            if left > 1.0 and made < 0 and k > 2:
+                raise NotConverged("the matrix of an earlier step does not serve any more")
+            new = (not rule.keep or (stale and k == 0)
+                   or (k > 1 and kept.too_slow(k, work, floor, left)))
+            last = work
+        raise NotConverged(f"{LONGER * rule.max_iterations} iterations left a work of {work:.2g} J "
+                           f"instead of {floor:.2g} J")
