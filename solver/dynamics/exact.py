@@ -24,6 +24,10 @@ FLOOR = 1.0 / 64.0
 """Part of the work of rounded strains at which the iteration ends (measured: a larger one leaves a
 drift ten times that of rounding, a smaller one is not reached)."""
 
+GIVEN_UP = 3
+"""Steps one after another in which kept matrices failed, from which they are not tried any more,
+until the next checkpoint."""
+
 LONGER = 2
 """Times ``max_iterations`` that an iteration may take that goes to rounding error."""
 
@@ -33,19 +37,30 @@ class ExactIteration(Iteration):
 
     always_made = True
 
+    def __init__(self, system, kept):
+        super().__init__(system, kept)
+        self._failed = 0
+
+    def forget(self):
+        """Drop what is kept between steps."""
+        super().forget()
+        self._failed = 0
+
     def increment(self, problem, rule, record):
-        """The increment (n_dof,) of a step: from that of the last one, then from a rigid motion,
-        with a new matrix each time; arguments and errors of ``solve``."""
-        try:
-            return self.solve(problem, rule, record, again=True)
-        except NotConverged:
-            pass
-        if rule.keep:
+        """The increment (n_dof,) of a step: from a rigid motion, and where that fails with a new
+        matrix each time, from the increment of the last step, from a rigid motion; arguments and
+        errors of ``solve``."""
+        if rule.keep and self._failed < GIVEN_UP:
             try:
-                return self.solve(problem, rule.full, record, again=True)
+                found = self.solve(problem, rule, record)
+                self._failed = 0
+                return found
             except NotConverged:
-                pass
-        return self.solve(problem, rule.full, record)
+                self._failed += 1
+        try:
+            return self.solve(problem, rule.full, record, again=True)
+        except NotConverged:
+            return self.solve(problem, rule.full, record)
 
     def solve(self, problem, rule, record, *, again=False):
         """The increment of a step.

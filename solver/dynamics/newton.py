@@ -126,6 +126,10 @@ class Iteration:
         self.system, self.kept = system, kept
         self.seconds = Seconds()
 
+    def forget(self):
+        """Drop what is kept between steps."""
+        self.kept.forget()
+
     def increment(self, problem, rule, record):
         """The increment (n_dof,) of a step: from the rates, from a start at rest, with a new matrix
         each time; arguments and errors of ``solve``."""

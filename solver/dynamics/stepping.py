@@ -33,7 +33,7 @@ class Stepper:
 
     def forget(self):
         """Drop what is kept between steps, so that the next one depends on its state alone."""
-        self.iteration.kept.forget()
+        self.iteration.forget()
 
     def advance(self, state, place, time, dt, record, depth=0):
         """Move ``state`` and its ``place`` from ``time`` to ``time + dt`` [s].
