@@ -146,16 +146,16 @@ def test_angular_momentum_changes_by_moments():
 
 def test_halved_steps_have_the_mean_of_their_parts(monkeypatch):
     """The momentum balance holds over halved steps as well."""
-    from corovec.solver.dynamics.stepping import Stepper
+    from corovec.solver.dynamics.newton import Iteration
     from corovec.solver.system.failure import NotConverged
-    solve = Stepper._solve
+    solve = Iteration.increment
 
-    def halving(self, problem, record):
+    def halving(self, problem, rule, record):
         if problem.dt > 0.006:
             raise NotConverged("tried")
-        return solve(self, problem, record)
+        return solve(self, problem, rule, record)
 
-    monkeypatch.setattr(Stepper, "_solve", halving)
+    monkeypatch.setattr(Iteration, "increment", halving)
     model = clamped([NodalLoad(27, (0.5, 1.0, 3.0), PULSE)])
     with pytest.warns(UserWarning, match="halvings"):
         result = run(model, 10)

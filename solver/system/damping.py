@@ -35,16 +35,17 @@ class Viscous:
     def add_forces(self, iterate, forces):
         """Add the forces of the mass part at an iterate to ``forces`` (n_dof,) [N]."""
         if self._given.mass:
-            forces[self._translations] += self._forces(*iterate)
+            forces[self._translations] += self._forces(iterate)
 
     def braked(self, iterate):
         """Energy that the mass part took in the step to an iterate, ``-f . dx`` [J]."""
         if not self._given.mass:
             return 0.0
-        return -float(np.sum(self._forces(*iterate) * iterate.delta[self._translations]))
+        return -float(np.sum(self._forces(iterate) * iterate.delta[self._translations]))
 
-    def _forces(self, state, step, delta):
+    def _forces(self, iterate):
         """(n_nodes, 3) of the mass part [N]."""
+        state, step, delta = iterate[:3]
         translations = self._translations
         rate = (step.rate_delta * delta - step.rate_velocity * state.velocity
                 - step.rate_acceleration * state.acceleration)
