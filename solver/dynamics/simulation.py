@@ -23,6 +23,7 @@ from ..system.failure import told
 from ..system.loads import at_time
 from ..system.reactions import no_reactions
 from ..system.system import System
+from .adaptive import Adaptive
 from .balance import Halvings, review
 from .newton import StepRecord
 from .probes import Probes, probes_of
@@ -90,7 +91,8 @@ def check_run(model, settings, probes):
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_supports(model, settings)
-    _check_impulses(model, settings)
+    if not settings.error:
+        _check_impulses(model, settings)
     return probes
 
 
@@ -109,13 +111,14 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     stepper = Stepper(system, scheme, settings.newton)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
+    advance = Adaptive(stepper, settings, model).advance if settings.error else stepper.advance
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
     try:
         for step in range(run.done + 1, settings.n_steps + 1):
             record = StepRecord()
-            stepper.advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
+            advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
             run.append(step, record)
             if step in run.frame_of_step:
                 stepper.forget()
@@ -216,7 +219,8 @@ class _Run:
                 snapshot(system, self.state, self.place, reactions, self._settings.stresses))
 
 
-RECORDED = ("iterations", "work_ratio", "switches", "halvings", "indefinite")
+RECORDED = ("iterations", "work_ratio", "switches", "halvings", "indefinite", "parts", "rejected",
+            "local_error")
 """Columns of the history that are those of a ``StepRecord``."""
 
 OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}
