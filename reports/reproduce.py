@@ -1,16 +1,12 @@
 """From nothing to one page: every part runs once, whatever becomes of the others; then the page."""
 
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
-from corovec.solver.runtime.process import child_environment
 from corovec.solver.runtime.provenance import usable_cores
 
 from .parts import Stamps
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+from .processes import execute
 
 
 def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda *_: None):
@@ -89,10 +85,7 @@ def _run(part, stamps):
     stamps.write(part, "begun")
     _made(part.result.parent if part.kind != "time" else part.result.parent.parent)
     clock, began = time.perf_counter(), time.time()
-    with open(stamps.log(part), "w", encoding="utf-8") as log:
-        code = subprocess.run([sys.executable, "-m", "corovec", *command], stdout=log, stderr=log,
-                              stdin=subprocess.DEVNULL,
-                              env=child_environment(**dict.fromkeys(THREADS, "1"))).returncode
+    code = execute(command, stamps.log(part))
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
     good = code == 0 or code == 1 and part.judged and written and part.whole()
