@@ -27,6 +27,7 @@ from . import changes, figures, tables
 from .drawings import Sources, benchmarks
 from .parts import SIZES, Lack, Results, plan, run_file, status, study_file, suite_names
 from .player import packed_text, player
+from .processes import context
 from .records import load, records_of
 from .style import targets
 from .tables import Cell, anchored, distinct, leading, worst
@@ -84,11 +85,8 @@ def build(size, folder, jobs=1):
 
 def _cases(case, jobs):
     """``case(name)`` of all cases."""
-    names = list(benchmarks())
-    if jobs == 1:
-        return [case(name) for name in names]
-    made = {}
-    for name, shown, error in complete(processes(jobs), case, names):
+    names, made = list(benchmarks()), {}
+    for name, shown, error in complete(processes(jobs, context()), case, names):
         if error is not None:
             raise error
         made[name] = shown

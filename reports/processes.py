@@ -21,7 +21,7 @@ _one_at_a_time = threading.Lock()
 def execute(command, log):
     """Exit status of ``corovec`` with the arguments ``command``; what it says is in the file
     ``log``.  May be called from several threads."""
-    process = _context().Process(target=_run, args=(command, log))
+    process = context().Process(target=_run, args=(command, log))
     with _one_at_a_time:
         process.start()
     wait([process.sentinel])
@@ -30,12 +30,13 @@ def execute(command, log):
     return process.exitcode
 
 
-def _context():
+def context():
+    """How such processes are started: a context of ``multiprocessing``."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([f"{__package__}.loaded"])
-    return context
+    server = multiprocessing.get_context("forkserver")
+    server.set_forkserver_preload([f"{__package__}.loaded"])
+    return server
 
 
 def _run(command, log):

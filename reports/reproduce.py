@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 
 from corovec.solver.runtime.provenance import usable_cores
 
-from .parts import Stamps
+from .parts import LONGEST, Stamps
 from .processes import execute
 
 
@@ -13,8 +13,8 @@ def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda 
     """Run the parts that are not finished, each in a process of its own.
 
     Timings come first, one at a time with nothing beside them; then ``jobs`` parts at a time, by
-    default one a usable core, and last those that read the results of others.  A part that fails
-    is stamped so, and the rest goes on.
+    default one a usable core, ``LONGEST`` first, and last those that read the results of others.  A
+    part that fails is stamped so, and the rest goes on.
 
     Args:
         chosen: ``Part`` s, each after its inputs.
@@ -59,9 +59,14 @@ def _run_all(missing, run, jobs):
     for part in missing:
         if part.alone:
             yield run(part)
-    beside = [part for part in missing if not part.alone]
+    beside = sorted((part for part in missing if not part.alone), key=_turn)
     yield from _run_beside([part for part in beside if not part.inputs], run, jobs)
     yield from _run_beside([part for part in beside if part.inputs], run, jobs)
+
+
+def _turn(part):
+    """Where a part stands among those that run beside others; all but ``LONGEST`` as they were."""
+    return LONGEST.index(part.name) if part.name in LONGEST else len(LONGEST)
 
 
 def _run_beside(chosen, run, jobs):

@@ -39,19 +39,19 @@ class Workers(NamedTuple):
     shared_disk: bool = True
 
 
-def processes(jobs=None):
+def processes(jobs=None, context=None):
     """Worker processes of this machine; ``jobs`` of them, by default one a usable core.
 
-    They are spawned, for forked children and threaded libraries do not go together; one task waits
-    for the first that is free.  A single job is done by this process: to start another takes
-    longer than many a task.
+    Without a ``multiprocessing`` context they are spawned, for forked children and threaded
+    libraries do not go together; one task waits for the first that is free.  A single job is done
+    by this process: to start another takes longer than many a task.
     """
     jobs = usable_cores() if jobs is None else integer("jobs", jobs)
     if jobs < 1:
         raise InputError(f"jobs must be at least 1, is {jobs}")
     if jobs == 1:
         return Workers(_Here, 1)
-    context = multiprocessing.get_context("spawn")
+    context = context or multiprocessing.get_context("spawn")
     return Workers(lambda: ProcessPoolExecutor(jobs, context, _begin), jobs + 1)
 
 
