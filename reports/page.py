@@ -125,7 +125,8 @@ def _case(name, size, folder):
         figures=[_figure(figure, sources, claimed, size, folder) for figure in shown.figures],
         energies=tables.energies(study, printed) if printed else None,
         rates=tables.rates(study) if study else None,
-        energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {shown.short}")
+        energy_cell=replace(_cell(printed["table"], energy_rows, no_study,
+                                  f"energy, {shown.short}"), beside=tables.apart(energy_rows))
         if printed else None,
         promise_cell=_cell(shown.short, promise_rows, no_study + failed,
                            "step, drift, damping", f"{name}-study"),
@@ -145,7 +146,8 @@ def _times(shown, results):
     return SimpleNamespace(
         rows=rows, lacks=lacks, times=tables.times(name, timing), command=f"corovec time {name}",
         ratios=tables.ratios(name, timing, rows) if timing else None,
-        cell=_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"))
+        cell=replace(_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"),
+                     beside=tables.ratio_apart(rows)))
 
 
 def _recordings(case, size, results):
@@ -165,7 +167,7 @@ def _claims(shown, results, no_runs, study, no_study, size):
         rows, lacks = checked["figures"].get(label, []) if checked else [], no_runs + no_claims
         rows = anchored(rows, "-".join(filter(None, (
             _anchor(figure.label), label.removeprefix(figure.label)))))
-        named = (*figure.of_study, *(f"{drawn} elements: energy after",) * figure.level)
+        named = (*figure.of_study, *(f"{drawn} {tables.ENERGY}",) * figure.level)
         studied = [row for row in (study["verdicts"] if study else ())
                    if any(text in row["name"] for text in named)]
         if figure.not_reproducible:

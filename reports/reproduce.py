@@ -90,6 +90,7 @@ def _run(part, stamps):
     stamps.write(part, "begun")
     _made(part.result.parent if part.kind != "time" else part.result.parent.parent)
     clock, began = time.perf_counter(), time.time()
+    stamps.log(part).write_bytes(b"")
     code = execute(command, stamps.log(part))
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
