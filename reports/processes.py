@@ -9,10 +9,14 @@ import multiprocessing
 import os
 import sys
 import threading
+from importlib import import_module
 from multiprocessing.connection import wait
 
 from corovec.__main__ import main
 from corovec.solver.runtime.process import follow_parent
+
+LOADED = f"{__package__}.loaded"
+"""Module that loads all that the commands need."""
 
 _one_at_a_time = threading.Lock()
 """Held while a process starts or is taken leave of: both look after all others."""
@@ -35,7 +39,7 @@ def context():
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     server = multiprocessing.get_context("forkserver")
-    server.set_forkserver_preload([f"{__package__}.loaded"])
+    server.set_forkserver_preload([LOADED])
     return server
 
 
@@ -45,5 +49,6 @@ def _run(command, log):
     with open(log, "wb") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
+    import_module(LOADED)  # if it is not there yet
     sys.argv = ["corovec", *command]
     main()
