@@ -142,7 +142,7 @@ def compared(rows):
 
 def standing(labelled):
     """What became of what the paper says, in four groups of ``(label, names)``: what its figures
-    show of energy and momenta, and holds whatever the data; of its numbers and statements those
+    show of energy and momenta, and holds; of its numbers and statements those
     reproduced, those reproduced on data that are not the paper's, and, of all, those not
     reproduced.
 
