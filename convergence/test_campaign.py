@@ -170,13 +170,20 @@ def test_process_that_dies_takes_no_other_task_with_it():
     assert [value for task, value, _ in ended if task is root] == [2.0]
 
 
+def test_one_job_needs_no_process():
+    """It is done here, one task after the other; an error is one of the task."""
+    ended = complete(processes(1), operator.call, [os.getpid, partial(math.sqrt, -1.0), os.getppid])
+    pid, wrong, parent = [error or value for _, value, error in ended]
+    assert (pid, parent) == (os.getpid(), os.getppid()) and isinstance(wrong, ValueError)
+
+
 CAMPAIGN = """
 from corovec.convergence import Campaign, Run, processes
 from corovec import Settings
 from corovec.benchmarks import load_case
 if __name__ == "__main__":
     run = Run(load_case("l-plate").model(30), Settings(dt=1e-3, end_time=2.0, frame_every=50))
-    with Campaign("runs", processes(1)) as campaign:
+    with Campaign("runs", processes(2)) as campaign:
         print(run.key, flush=True)
         campaign.run([run])
 """
