@@ -18,6 +18,7 @@ import pytest
 from corovec import InputError, ResultFileError, Settings, read, simulate
 from corovec.benchmarks import load_case
 from corovec.convergence import Campaign, Run, processes, run_many, store
+from corovec.solver.dynamics import simulation
 from corovec.solver.runtime.execution import Workers, complete
 from corovec.verification.helpers import read_killed
 
@@ -70,6 +71,8 @@ def test_one_file_a_run_named_by_its_hash(tmp_path):
 
 def test_interrupted_run_goes_on_bit_for_bit(tmp_path, monkeypatch):
     """It starts at its last checkpoint, computes the rest, and ends as if never stopped."""
+    monkeypatch.setattr(simulation, "MOST", 10)  # a checkpoint with every frame
+    monkeypatch.setattr(simulation, "LEAST", 10)
     run = Run(PLATE, Settings(dt=0.01, end_time=0.6, frame_every=10))
     path = tmp_path / f"{run.key}.h5"
 
