@@ -217,7 +217,10 @@ class SparseLDL:
         self._lower.data[:] = self.values[self._source]
         if self._analysis is None:
             self._analysis = rslab().analyze(self._lower, path="ldlt", threads=1)
-        self._factor = self._analysis.factor(self._lower.data)
+        try:
+            self._factor = self._analysis.factor(self._lower.data)
+        except RuntimeError as error:
+            raise SingularMatrix(str(error)) from None
         _, negative, zero = self._factor.inertia
         if zero or self._factor.n_perturbed:
             raise SingularMatrix("a pivot of the sparse factorization is zero")
