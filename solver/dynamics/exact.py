@@ -14,9 +14,9 @@ from .newton import Iteration
 LARGEST_CORRECTION = 0.5
 """Turn of a node [rad] by one correction, which is shortened to it."""
 
-STALLED, NEAR = 0.3, 1e3
-"""Ratio of the works of two corrections, and times the work of rounding error below it, from which
-the iteration is at its floor."""
+STALLED = 0.3
+"""Ratio of the works of two corrections from which the iteration is at its floor, where the
+residual is rounding error."""
 
 TURNING = 1
 """Number of the last correction for which a kept matrix is turned anew (measured: later ones gain
@@ -112,8 +112,8 @@ class ExactIteration(Iteration):
             first = first or work
             record.work_ratio = work / first if first > 0.0 else 0.0
             left = work / last if last > 0.0 else 1.0
-            if k and (work * min(left, 1.0) <= floor
-                      or (left > STALLED and work <= NEAR * floor)):
+            if k and (work * min(left, 1.0) <= floor or (
+                    left > STALLED and system.at_rounding(state, problem.step))):
                 kept.stale = k - max(made, 0) > kept.patience
                 return delta
             if left > 1.0 and made < 0 and k > 2:

@@ -6,8 +6,14 @@ from ..errors import InputError
 from ..kernels import exact
 from ..kernels.arguments import spin_work
 from ..kernels.calls import Call
+from ..model.attached import GroundSpring, Spring
+from .rounding import EPS
 from .spins import Spins
 from .system import System
+
+ROUNDED = 8.0
+"""Times the rounding error of a force's parts that a residual may be which is rounding error alone
+(measured: 1 to 3)."""
 
 
 class ExactSystem(System):
@@ -32,6 +38,34 @@ class ExactSystem(System):
     def _make_kernels(self):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
+        self._stiff_forces = self._forces_of_unit_strains()
+
+    def _forces_of_unit_strains(self):
+        """(n_dof,) sums of ``E h a`` at displacements and ``E h a^2`` at rotational variables, a
+        the diagonals of the elements around; of springs ``k L``, L the shell's size."""
+        model, n = self.model, len(self.model.nodes)
+        corners = model.nodes[model.quads]
+        a = np.linalg.norm(corners[:, 2:] - corners[:, :2], axis=2).max(axis=1)
+        forces, at = np.repeat(model.youngs * model.thickness * a, 4), model.quads.ravel()
+        on_x = np.bincount(at, forces, n)
+        on_p = np.bincount(at, forces * np.repeat(a, 4), n)
+        for item in model.attached:
+            if isinstance(item, Spring):
+                on_x[[item.node, item.other]] += item.stiffness * model.size
+            elif isinstance(item, GroundSpring):
+                on_x[item.node] += max(item.stiffness) * model.size
+                on_p[item.node] += item.turning
+        found = on_p[self.numbering.node_of_dof]
+        found[self.translations] = on_x[:, None]
+        return found
+
+    def at_rounding(self, state, step):
+        """Whether the residual of the last iterate, of a step from ``state``, is rounding error of
+        the forces that it consists of."""
+        parts = self._stiff_forces + np.abs(self.residual.applied)
+        fastest = np.abs(state.velocity[self.translations]).max()
+        parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
+        return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
     def initial_state(self, start=None):
         """State at t = 0; accelerations take no part."""
