@@ -6,6 +6,8 @@ without the velocities of the nodes: a conserving scheme never removes their fas
 times it leads far from what comes.
 """
 
+from itertools import count
+
 import numpy as np
 
 from ..system.failure import NotConverged
@@ -30,8 +32,10 @@ GIVEN_UP = 3
 """Steps one after another in which kept matrices failed, from which they are not tried any more,
 until the next checkpoint."""
 
-LONGER = 2
-"""Times ``max_iterations`` that an iteration may take that goes to rounding error."""
+LONGER, STEADY = 2, 0.5
+"""Times ``max_iterations`` after which an iteration goes on only as long as each correction leaves
+no more than that part of the work: at large turns a matrix without the derivative of the inertia
+converges slowly, however short the step."""
 
 
 class ExactIteration(Iteration):
@@ -96,7 +100,7 @@ class ExactIteration(Iteration):
             delta = system.free(delta) + problem.driven
         new = not (rule.keep and kept.serves(problem.step))
         stale, made, first, last = not new and kept.stale, -1, 0.0, 0.0
-        for k in range(LONGER * rule.max_iterations):
+        for k in count():
             delta = self._assemble(problem, delta, correction, new)
             if new:
                 self._factorize(problem, rule.keep, record)
@@ -118,8 +122,9 @@ class ExactIteration(Iteration):
                 return delta
             if left > 1.0 and made < 0 and k > 2:
                 raise NotConverged("the matrix of an earlier step does not serve any more")
+            if k + 1 >= LONGER * rule.max_iterations and left > STEADY:
+                raise NotConverged(f"{k + 1} iterations left a work of {work:.2g} J instead of "
+                                   f"{floor:.2g} J")
             new = (not rule.keep or (stale and k == 0)
                    or (k > 1 and kept.too_slow(k, work, floor, left)))
             last = work
-        raise NotConverged(f"{LONGER * rule.max_iterations} iterations left a work of {work:.2g} J "
-                           f"instead of {floor:.2g} J")
