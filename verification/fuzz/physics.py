@@ -53,7 +53,7 @@ SMALL = 1e-4
 
 
 def prepare(folder):
-    warm_up()
+    warm_up(exact=True)
 
 
 def power(chance, low, high):
