@@ -38,31 +38,38 @@ class ExactSystem(System):
     def _make_kernels(self):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
-        self._stiff_forces = self._forces_of_unit_strains()
+        self._stiffness, self._stiff_forces = self._stiffnesses()
 
-    def _forces_of_unit_strains(self):
-        """(n_dof,) sums of ``E h a`` at displacements and ``E h a^2`` at rotational variables, a
-        the diagonals of the elements around; of springs ``k L``, L the shell's size."""
+    def _stiffnesses(self):
+        """(n_dof,) sums of ``E h`` at displacements and ``E h a`` at rotational variables, a the
+        diagonals of the elements around, and the same times a; of springs ``k`` and ``k L``, L the
+        shell's size: forces of unit displacements and of unit strains."""
         model, n = self.model, len(self.model.nodes)
-        corners = model.nodes[model.quads]
+        corners, at = model.nodes[model.quads], model.quads.ravel()
         a = np.linalg.norm(corners[:, 2:] - corners[:, :2], axis=2).max(axis=1)
-        forces, at = np.repeat(model.youngs * model.thickness * a, 4), model.quads.ravel()
-        on_x = np.bincount(at, forces, n)
-        on_p = np.bincount(at, forces * np.repeat(a, 4), n)
+        sums = [np.bincount(at, np.repeat(model.youngs * model.thickness * a**k, 4), n)
+                for k in range(3)]
         for item in model.attached:
             if isinstance(item, Spring):
-                on_x[[item.node, item.other]] += item.stiffness * model.size
+                on, k = [item.node, item.other], item.stiffness
             elif isinstance(item, GroundSpring):
-                on_x[item.node] += max(item.stiffness) * model.size
-                on_p[item.node] += item.turning
-        found = on_p[self.numbering.node_of_dof]
-        found[self.translations] = on_x[:, None]
+                on, k = item.node, max(item.stiffness)
+                sums[2][on] += item.turning
+            else:
+                continue
+            sums[0][on] += k
+            sums[1][on] += k * model.size
+        found = []
+        for of_displacement, of_turn in zip(sums, sums[1:]):
+            found.append(of_turn[self.numbering.node_of_dof])
+            found[-1][self.translations] = of_displacement[:, None]
         return found
 
     def at_rounding(self, state, step):
         """Whether the residual of the last iterate, of a step from ``state``, is rounding error of
-        the forces that it consists of."""
+        the forces that it consists of, of displacements and of velocities."""
         parts = self._stiff_forces + np.abs(self.residual.applied)
+        parts += np.abs(self.nodal.dx).max() * self._stiffness
         fastest = np.abs(state.velocity[self.translations]).max()
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
