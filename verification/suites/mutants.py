@@ -59,7 +59,7 @@ EXACT = (
            ("discrete-jacobian", "exact-conservation")),
     Mutant("strains of the end instead of their mean", "kernels/exact.py",
            "end, start = step.strain_end + lag, step.strain_start - lag",
-           "end, start = 1.0 + 0.0 * lag, 0.0 * lag", ("exact-conservation",)),
+           "end, start = 1.0 + 0.0 * lag, 0.0 * lag", ("exact-order",)),
     Mutant("iterations from dt v", "dynamics/exact.py",
            "        if problem.driven is not None:",
            "        delta = correction = problem.dt * state.velocity\n"
