@@ -88,6 +88,11 @@ def check_run(model, settings, probes):
             raise InputError(f"load {k}: centrifugal forces are those of a frame that turns, of "
                              "statics and modes; a shell in motion has them by its velocity, see "
                              "rigid_velocity")
+    for number, section in enumerate(model.sections if settings.scheme.exact else ()):
+        if section.laminate.arm:
+            raise InputError(f"sections[{number}]: its mass is centred {section.laminate.arm:g} m "
+                             "above the nodes, the scheme exact takes mass that is centred on "
+                             "them: take quasi")
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_supports(model, settings)

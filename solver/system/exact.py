@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..errors import InputError
 from ..kernels import exact
 from ..kernels.arguments import spin_work
 from ..kernels.calls import Call
@@ -27,9 +26,6 @@ class ExactSystem(System):
 
     def _make_coordinates(self, follow):
         elements, model = self.elements, self.model
-        if len(elements.eccentric):
-            raise InputError("scheme exact: the mass must be centred on the surface of the nodes; "
-                             "take quasi for sections whose mass is offset")
         lumped = elements.rotary.sum(axis=2)
         rotary = np.zeros_like(elements.rotary)
         rotary[:, np.arange(4), np.arange(4)] = lumped
