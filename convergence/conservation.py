@@ -107,13 +107,13 @@ class ConservationStudy:
         return self._run(plan.reference, plan.path, SCHEMES["quasi"]) if plan.path else None
 
     def tried(self, scheme, outcomes):
-        """Time steps of a scheme, rising, until the first that it does not hold or that is not
-        among ``outcomes`` yet."""
+        """Time steps of a scheme, rising, until the first that it does not hold, or from the second
+        on is not among ``outcomes`` yet."""
         tried = []
         for dt in sorted(self.plan.steps):
             tried.append(dt)
             outcome = outcomes.get(self.run(scheme, dt).key)
-            if outcome is None or not holds(outcome):
+            if not holds(outcome) if outcome else len(tried) > 1:
                 break
         return tried
 
