@@ -83,11 +83,11 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
 def conserve(cases, size, jobs, output, as_json):
     """Which scheme conserves what in free flight, up to which time step, and at what cost.
 
-    CASEs (default: all) with the paper's scheme, the same with axes that follow the nodes, the exact
-    one without and with dissipation, the trapezoidal rule and the generalized-alpha method: drifts,
-    the largest step that is not halved, iterations, time, and how near paths are to that of a
-    small step.  Finished runs are kept and not run again.  Runs that fail are results.  Exit status
-    1 if a promise of a scheme is not kept.
+    CASEs (default: all) with the paper's scheme, the same with axes that follow the nodes, the
+    exact one without and with dissipation, the trapezoidal rule and the generalized-alpha method:
+    drifts, the largest step that is not halved, iterations, time, and how near the path is to that
+    of a small step.  Finished runs are kept and not run again; runs that fail are results.  Exit
+    status 1 if a promise of a scheme is not kept.
 
     \b
     Examples:

@@ -17,7 +17,8 @@ from .tables import Table, number, percent
 
 NAMES = {"paper": "quasi, global axes (the paper's)", "quasi": "quasi, axes that follow the nodes",
          "exact": "exact", "dissipating": "exact, dissipating (0.1, selective)",
-         "trapezoidal": "trapezoidal rule", "generalized-alpha": "generalized-alpha (rho_inf = 0.8)"}
+         "trapezoidal": "trapezoidal rule",
+         "generalized-alpha": "generalized-alpha (rho_inf = 0.8)"}
 """The schemes of the study in words."""
 
 LOOKS = dict(zip(SCHEMES, CURVES))
@@ -47,8 +48,8 @@ class Comparison:
     def rows(self, study):
         """What it shows, as a DataFrame."""
         name, column = self.table
-        return pd.DataFrame(study[name], columns=list(study[name][0]) if study[name] else [
-            column]).dropna(subset=column)
+        return pd.DataFrame(study[name], columns=None if study[name] else [column]).dropna(
+            subset=column)
 
     def available(self, study):
         """Whether there is anything to draw."""
