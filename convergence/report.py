@@ -31,13 +31,13 @@ def show_conservation(tables, folder):
     """Print the tables of a study of conservation; ``folder`` is where they were written."""
     click.echo(f"{'case':<11} {'scheme':<18} {'dt [s]':>8} {'until [s]':>10} {'E drift':>8} "
                f"{'L drift':>8} {'J drift':>8} {'E rise':>8} {'iterations':>10} {'halved':>7} "
-               f"{'s per s':>8} {'path':>8}")
+               f"{'CPU s/s':>8} {'path':>8}")
     for row in tables["flights"].itertuples():
         click.echo(f"{row.case:<11} {row.scheme:<18} {row.dt:>8g} {row.reached:>10.4g} "
                    f"{row.energy_drift:>8.1e} {row.linear_momentum_drift:>8.1e} "
                    f"{row.angular_momentum_drift:>8.1e} {row.energy_rise:>8.1e} "
                    f"{row.iterations_per_step:>10.1f} {row.halved_share:>7.2%} "
-                   f"{row.seconds_per_second:>8.3g} {row.path_error:>8.1e}")
+                   f"{row.cpu_per_second:>8.3g} {row.path_error:>8.1e}")
     for row in tables["schemes"].itertuples():
         click.echo(f"{row.case}, {row.scheme}: largest step held {row.largest_step:g} s"
                    + (" (none larger tried)" if row.larger_untried else ""))

@@ -74,7 +74,8 @@ def largest(study):
              number(row["of_paper"], 3), *_kept(row)] for row in study["schemes"]]
     return Table("The largest time step that each scheme holds, and what it keeps there",
                  ("case", "scheme", "largest step [s]", "of the paper's step", "energy drift",
-                  "linear momentum", "angular momentum", "iterations a step", "s a simulated s"),
+                  "linear momentum", "angular momentum", "iterations a step",
+                  "CPU s a simulated s"),
                  rows, ["Held: the flight comes to its end with less than 0.1 % of its steps "
                         "halved.  +: no larger step was tried."])
 
@@ -88,11 +89,10 @@ def flights(study):
              number(row["path_error"], 2)] for row in study["flights"]]
     return Table("Every flight",
                  ("case", "scheme", "dt [s]", "until [s]", "energy drift", "linear momentum",
-                  "angular momentum", "iterations a step", "s a simulated s", "rise of the energy",
-                  "steps halved", "error of the path"), rows,
+                  "angular momentum", "iterations a step", "CPU s a simulated s",
+                  "rise of the energy", "steps halved", "error of the path"), rows,
                  ["Until: of a flight that failed, its last checkpoint.  Rise: above what the "
-                  "energy was at any time before.  Seconds are of this machine, and of whatever "
-                  "else it did.  Error of the path: the largest distance of a node from where a "
+                  "energy was at any time before.  CPU seconds are of this machine.  Error of the path: the largest distance of a node from where a "
                   "small step of quasi has it, relative to the largest displacement."])
 
 
@@ -124,19 +124,19 @@ def precision(rows):
     """Error of the path against the time that a simulated second takes, case by case.
 
     Args:
-        rows: columns case, scheme, dt, seconds_per_second, path_error.
+        rows: columns case, scheme, dt, cpu_per_second, path_error.
 
     Returns:
         (Figure, DataFrame): the rows that are drawn.
     """
-    rows = rows[["case", "scheme", "dt", "seconds_per_second", "path_error"]].dropna()
+    rows = rows[["case", "scheme", "dt", "cpu_per_second", "path_error"]].dropna()
     figure, panels = _panels(rows)
     for axes, (case, own) in zip(panels, rows.groupby("case", sort=False)):
         for (scheme, curve), marker in zip(own.groupby("scheme", sort=False), 2 * MARKERS):
             colour, dashes = LOOKS[scheme]
-            axes.plot(curve["seconds_per_second"], curve["path_error"], marker, color=colour,
+            axes.plot(curve["cpu_per_second"], curve["path_error"], marker, color=colour,
                       linestyle=dashes, fillstyle="none", label=NAMES[scheme])
-        axes.set(xscale="log", yscale="log", xlabel="seconds a simulated second",
+        axes.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second",
                  ylabel="error of the path", title=_short(case))
     _legend(figure, panels)
     return figure, rows
@@ -155,7 +155,7 @@ def _kept(row):
     """Drifts, iterations and seconds of a flight as texts."""
     return [*(number(row[f"{name}_drift"], 2) for name in (
         "energy", "linear_momentum", "angular_momentum")),
-        number(row["iterations_per_step"], 3), number(row["seconds_per_second"], 3)]
+        number(row["iterations_per_step"], 3), number(row["cpu_per_second"], 3)]
 
 
 def _short(case):

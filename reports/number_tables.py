@@ -63,10 +63,10 @@ def motion(snapshot):
 def schemes(snapshot):
     """The largest step that each scheme holds, what it keeps there, and its cost beside quasi's."""
     part, rows = snapshot["conservation"], []
-    quasi = {row["case"]: row["seconds_per_second"] for row in part["schemes"]
+    quasi = {row["case"]: row["cpu_per_second"] for row in part["schemes"]
              if row["scheme"] == "quasi"}
     for row in part["schemes"]:
-        seconds, unit = row["seconds_per_second"], quasi.get(row["case"])
+        seconds, unit = row["cpu_per_second"], quasi.get(row["case"])
         rows.append((
             f"{row['case']}, {SCHEMES[row['scheme']]}",
             number(row["largest_step"], ".4g") + (" or more" if row["larger_untried"] else ""),

@@ -37,7 +37,7 @@ COLUMNS = {
     "drift": ("until", "dt", *DRIFTS),
     "dissipation": ("dt", "rho_inf", "time", "energy_change"),
     "schemes": ("case", "scheme", "largest_step", "of_paper", "larger_untried", *DRIFTS,
-                "iterations_per_step", "seconds_per_second"),
+                "iterations_per_step", "cpu_per_second"),
     "flights": ("case", "scheme", "dt", "path_error"),
     "motion": ("dt", "point", "component", "until", "min", "max", "period", "autocorrelation"),
     "symmetry": ("dt", "until", "asymmetry"),
