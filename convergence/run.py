@@ -55,7 +55,7 @@ class Run:
         def count(step, n_steps, row):
             nonlocal halvings
             halvings += int(row["halvings"])
-            if self.most_halvings is not None and halvings > self.most_halvings:
+            if halvings > self.most_halvings:
                 raise StepError(f"given up at t = {row['time']:.6g} s, after {halvings} halvings")
         return count
 

@@ -19,8 +19,8 @@ def record(run, path):
     """Run (or finish) ``run`` into the file ``path`` and stamp it."""
     begun_at = read(path)["step"] if path.exists() else 0
     clock = time.process_time()
-    result = simulate(run.model, run.settings, output=path, resume=True, case=run.case,
-                      progress=run.watch())
+    watched = {} if run.most_halvings is None else {"progress": run.watch()}
+    result = simulate(run.model, run.settings, output=path, resume=True, case=run.case, **watched)
     stamp = np.array((result.seconds.total, time.process_time() - clock, begun_at), dtype=STAMP)
     with h5py.File(path, "r+", locking=False) as file:
         file.attrs["campaign"] = stamp
