@@ -162,7 +162,8 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
         items: pairs (model or case, ``Settings``); a case's name stands for its default
             mesh.  Or ``Run`` s.
         executor: any ``concurrent.futures.Executor``; left out, ``jobs`` spawned processes, one a
-            usable core.  A script needs ``if __name__ == "__main__":`` around the call then.
+            usable core, or this process for one job.  A script needs ``if __name__ ==
+            "__main__":`` around a call that spawns.
         probes: of every run, as of ``simulate``; a place is looked for in the mesh of each.
         start: of every run, as of ``simulate``: one state, of a mesh that all have.
 

@@ -60,6 +60,7 @@ class Size:
         work: elements times steps of any other run.
         drift_levels: how many time steps the drift study compares.
         flight: end of the drift study as a multiple of the unloading time; None: the paper's.
+        damped: part of that free flight which runs with rho_inf < 1 go along.
         paper_step: whether the mesh study takes the paper's time step.
     """
 
@@ -71,11 +72,12 @@ class Size:
     work: float
     drift_levels: int
     flight: float | None
+    damped: float = 1.0
     paper_step: bool = False
 
 
 SIZES = {
-    "quick": Size(3, 5000, 400, 800, 5e5, 1.5e6, 3, 4.0),
+    "quick": Size(3, 5000, 400, 800, 5e5, 1.5e6, 3, 4.0, damped=0.5),
     "full": Size(None, np.inf, 1600, 6400, 2e6, 1e7, 4, None),
     "paper": Size(None, np.inf, 1600, 6400, np.inf, np.inf, 4, None, paper_step=True),
 }
@@ -139,6 +141,11 @@ class CaseStudy:
             return self.paper_time
         return min(self.size.flight * self.unloaded_at, self.paper_time)
 
+    @property
+    def damped_time(self):
+        """End of the runs with rho_inf < 1 [s]."""
+        return self.unloaded_at + self.size.damped * (self.drift_time - self.unloaded_at)
+
     @cached_property
     def drift_steps(self):
         """Time steps of the drift study, falling; not the largest, which in long flights is so
@@ -161,10 +168,10 @@ class CaseStudy:
 
     def drift_run(self, dt, rho_inf=1.0):
         """``Run`` of a long flight."""
-        frames = None
+        end, frames = self.drift_time if rho_inf == 1.0 else self.damped_time, None
         if self.motion and rho_inf == 1.0:
             frames = round(FRAMES * self.drift_time / self.unloaded_at)
-        return self._run(self.elements[0], dt, self.drift_time, frames,
+        return self._run(self.elements[0], dt, end, frames,
                          scheme=Scheme(rho_inf=rho_inf), newton=FLIGHT)
 
     @property

@@ -18,6 +18,7 @@ import pytest
 from corovec import InputError, ResultFileError, Settings, read, simulate
 from corovec.benchmarks import load_case
 from corovec.convergence import Campaign, Run, processes, run_many, store
+from corovec.solver.dynamics import simulation
 from corovec.solver.runtime.execution import Workers, complete
 from corovec.verification.helpers import read_killed
 
@@ -85,6 +86,8 @@ def test_one_file_a_run_named_by_its_hash(tmp_path):
 
 def test_interrupted_run_goes_on_bit_for_bit(tmp_path, monkeypatch):
     """It starts at its last checkpoint, computes the rest, and ends as if never stopped."""
+    monkeypatch.setattr(simulation, "MOST", 10)  # a checkpoint with every frame
+    monkeypatch.setattr(simulation, "LEAST", 10)
     run = Run(PLATE, Settings(dt=0.01, end_time=0.6, frame_every=10))
     path = tmp_path / f"{run.key}.h5"
 
@@ -185,13 +188,20 @@ def test_process_that_dies_takes_no_other_task_with_it():
     assert [value for task, value, _ in ended if task is root] == [2.0]
 
 
+def test_one_job_needs_no_process():
+    """It is done here, one task after the other; an error is one of the task."""
+    ended = complete(processes(1), operator.call, [os.getpid, partial(math.sqrt, -1.0), os.getppid])
+    pid, wrong, parent = [error or value for _, value, error in ended]
+    assert (pid, parent) == (os.getpid(), os.getppid()) and isinstance(wrong, ValueError)
+
+
 CAMPAIGN = """
 from corovec.convergence import Campaign, Run, processes
 from corovec import Settings
 from corovec.benchmarks import load_case
 if __name__ == "__main__":
     run = Run(load_case("l-plate").model(30), Settings(dt=1e-3, end_time=2.0, frame_every=50))
-    with Campaign("runs", processes(1)) as campaign:
+    with Campaign("runs", processes(2)) as campaign:
         print(run.key, flush=True)
         campaign.run([run])
 """

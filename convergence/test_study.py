@@ -149,6 +149,7 @@ def test_rates_of_known_energies():
         np.sqrt(1e-6 / 0.08), rel=1e-6)
     losses = frames["dissipation"].groupby("rho_inf")["energy_change"].last()
     assert losses[0.5] == pytest.approx(-0.05, rel=1e-3)
+    assert set(frames["dissipation"].groupby("rho_inf")["time"].max().round(9)) == {2.5}
     promised = frames["verdicts"][~frames["verdicts"]["kind"].isin(PAPERS)]
     assert set(promised["verdict"]) <= set(OK)
 

@@ -219,7 +219,9 @@ def _dissipation(study, tables):
     """The smaller rho_inf, the more energy is lost, as far as the energy of the conserving scheme
     stands still at the same time step."""
     change = tables["dissipation"].groupby("rho_inf")["energy_change"].last().reindex(RHO_INF)
-    drift = tables["drift"].groupby("dt")["energy_drift"].max()[study.drift_steps[0]]
+    drift = tables["drift"]
+    drift = drift.loc[(drift["dt"] == study.drift_steps[0])
+                      & (drift["until"] <= study.damped_time * (1.0 + 1e-9)), "energy_drift"].max()
     for above, below in zip(RHO_INF[:-1], RHO_INF[1:]):
         yield Row(f"energy change with rho_inf = {above:g} + drift - change with {below:g}",
                   change[above] + drift - change[below], 0.0, "analytic", 0.0,

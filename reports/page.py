@@ -37,6 +37,7 @@ from .parts import (
     suite_names,
 )
 from .player import packed_text, player
+from .processes import context
 from .records import load, records_of
 from .style import targets
 from .tables import Cell, anchored, distinct, leading, worst
@@ -96,11 +97,8 @@ def build(size, folder, jobs=1):
 
 def _cases(case, jobs):
     """``case(name)`` of all cases."""
-    names = list(benchmarks())
-    if jobs == 1:
-        return [case(name) for name in names]
-    made = {}
-    for name, shown, error in complete(processes(jobs), case, names):
+    names, made = list(benchmarks()), {}
+    for name, shown, error in complete(processes(jobs, context()), case, names):
         if error is not None:
             raise error
         made[name] = shown
@@ -139,7 +137,8 @@ def _case(name, size, folder):
         figures=[_figure(figure, sources, claimed, size, folder) for figure in shown.figures],
         energies=tables.energies(study, printed) if printed else None,
         rates=tables.rates(study) if study else None,
-        energy_cell=_cell(printed["table"], energy_rows, no_study, f"energy, {shown.short}")
+        energy_cell=replace(_cell(printed["table"], energy_rows, no_study,
+                                  f"energy, {shown.short}"), beside=tables.apart(energy_rows))
         if printed else None,
         promise_cell=_cell(shown.short, promise_rows, no_study + failed,
                            "step, drift, damping", f"{name}-study"),
@@ -159,7 +158,8 @@ def _times(shown, results):
     return SimpleNamespace(
         rows=rows, lacks=lacks, times=tables.times(name, timing), command=f"corovec time {name}",
         ratios=tables.ratios(name, timing, rows) if timing else None,
-        cell=_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"))
+        cell=replace(_cell(TABLES[name], rows, lacks, f"CPU time, {shown.short}"),
+                     beside=tables.ratio_apart(rows)))
 
 
 def _recordings(case, size, results):
@@ -179,7 +179,7 @@ def _claims(shown, results, no_runs, study, no_study, size):
         rows, lacks = checked["figures"].get(label, []) if checked else [], no_runs + no_claims
         rows = anchored(rows, "-".join(filter(None, (
             _anchor(figure.label), label.removeprefix(figure.label)))))
-        named = (*figure.of_study, *(f"{drawn} elements: energy after",) * figure.level)
+        named = (*figure.of_study, *(f"{drawn} {tables.ENERGY}",) * figure.level)
         studied = [row for row in (study["verdicts"] if study else ())
                    if any(text in row["name"] for text in named)]
         if figure.not_reproducible:

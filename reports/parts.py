@@ -35,6 +35,10 @@ SIZES = {"quick": "coarse meshes and a part of the paper's simulated times: minu
 SOURCES = (".py", ".toml", ".json")
 """Files of a package on which results depend: code, and the data that it reads."""
 
+LONGEST = ("verify-mutants", "converge-hemisphere", "converge-plates", "run-plates-432",
+           "verify-rotations", "verify-nonlinear")
+"""Parts that are begun before the others, the longest first, so that none is waited for at last."""
+
 LEFT_OUT = {"quick": ("verify-mutants", "time-growth")}
 """Parts that a size does not run: they alone would take as long as all the others."""
 

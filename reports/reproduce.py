@@ -1,24 +1,20 @@
 """From nothing to one page: every part runs once, whatever becomes of the others; then the page."""
 
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
-from corovec.solver.runtime.process import child_environment
 from corovec.solver.runtime.provenance import usable_cores
 
-from .parts import Stamps
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+from .parts import LONGEST, Stamps
+from .processes import execute
 
 
 def run_parts(chosen, folder, jobs=None, tell=lambda text: None, running=lambda *_: None):
     """Run the parts that are not finished, each in a process of its own.
 
     Timings come first, one at a time with nothing beside them; then ``jobs`` parts at a time, by
-    default one a usable core, and last those that read the results of others.  A part that fails
-    is stamped so, and the rest goes on.
+    default one a usable core, ``LONGEST`` first, and last those that read the results of others.  A
+    part that fails is stamped so, and the rest goes on.
 
     Args:
         chosen: ``Part`` s, each after its inputs.
@@ -63,9 +59,14 @@ def _run_all(missing, run, jobs):
     for part in missing:
         if part.alone:
             yield run(part)
-    beside = [part for part in missing if not part.alone]
+    beside = sorted((part for part in missing if not part.alone), key=_turn)
     yield from _run_beside([part for part in beside if not part.inputs], run, jobs)
     yield from _run_beside([part for part in beside if part.inputs], run, jobs)
+
+
+def _turn(part):
+    """Where a part stands among those that run beside others; all but ``LONGEST`` as they were."""
+    return LONGEST.index(part.name) if part.name in LONGEST else len(LONGEST)
 
 
 def _run_beside(chosen, run, jobs):
@@ -89,10 +90,8 @@ def _run(part, stamps):
     stamps.write(part, "begun")
     _made(part.result.parent if part.kind != "time" else part.result.parent.parent)
     clock, began = time.perf_counter(), time.time()
-    with open(stamps.log(part), "w", encoding="utf-8") as log:
-        code = subprocess.run([sys.executable, "-m", "corovec", *command], stdout=log, stderr=log,
-                              stdin=subprocess.DEVNULL,
-                              env=child_environment(**dict.fromkeys(THREADS, "1"))).returncode
+    stamps.log(part).write_bytes(b"")
+    code = execute(command, stamps.log(part))
     seconds = time.perf_counter() - clock
     written = part.result.exists() and part.result.stat().st_mtime >= began - 1.0
     good = code == 0 or code == 1 and part.judged and written and part.whole()

@@ -33,6 +33,9 @@ METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "product
            "lapack-lu": "LAPACK dense LU", "banded-lu": "LAPACK banded LU",
            "banded-cholesky": "LAPACK banded Cholesky"}
 
+ENERGY = "elements: energy after unloading"
+"""What the rows of Tables 1, 3, 5, 7 are called, after the number of elements."""
+
 ROUNDS = ("least", "lower quartile", "median", "upper quartile", "rounds")
 """Heads of the columns that show how the rounds of a timing lie."""
 
@@ -138,23 +141,40 @@ def compared(rows):
 
 
 def standing(labelled):
-    """What became of the paper's numbers and statements, in three groups of ``(label, names)``:
-    reproduced; reproduced on data that are not the paper's; not reproduced.
+    """What became of what the paper says, in four groups of ``(label, names)``: what its figures
+    show of energy and momenta, and holds; of its numbers and statements those
+    reproduced, those reproduced on data that are not the paper's, and, of all, those not
+    reproduced.
 
     Args:
         labelled: ``(label, rows)`` of the page's tables and figures; a row counts where it is
             first.
     """
-    groups, counted = ({}, {}, {}), {id(row) for row in distinct(
-        [row for _, rows in labelled for row in rows if row["kind"] in PAPERS])}
+    groups, seen = ({}, {}, {}, {}), {id(row) for row in distinct(
+        [row for label, rows in labelled for row in rows if row["kind"] in PAPERS
+         or row["kind"] == "analytic" and label.startswith("Figure")])}
     for label, rows in labelled:
         for row in rows:
-            if id(row) in counted:
-                counted.remove(id(row))
-                deviates = row["verdict"].startswith("deviates")
-                group = groups[2 if deviates else 1 if row.get("rests_on") else 0]
-                group.setdefault(label, []).append(row["name"])
+            if id(row) in seen:
+                seen.remove(id(row))
+                group = (3 if row["verdict"].startswith("deviates") else
+                         0 if row["kind"] not in PAPERS else 2 if row.get("rests_on") else 1)
+                groups[group].setdefault(label, []).append(row["name"])
     return [list(group.items()) for group in groups]
+
+
+def apart(rows):
+    """How far the energies of a table lie from the printed ones, at most; empty without any."""
+    own = [abs(row["difference"]) for row in rows if ENERGY in row["name"]]
+    return f"ours within {percent(max(own), 2)}" if own else ""
+
+
+def ratio_apart(rows):
+    """Between which multiples of the paper's the ratios of a table of times lie; empty without
+    any."""
+    own = [row["value"] / row["reference"] for row in rows]
+    ends = " to ".join(dict.fromkeys(f"{end:.2g}" for end in (min(own), max(own)))) if own else ""
+    return ends and f"dense / skyline {ends} times the paper's"
 
 
 def summary(rows):
@@ -175,7 +195,7 @@ def energies(study, printed):
     rows = []
     for k, elements in enumerate(printed["elements"]):
         row = ours.get(elements, {})
-        name = f"{elements} elements: energy after unloading [J]"
+        name = f"{elements} {ENERGY} [J]"
         judged = verdict.get(name, {"verdict": "left out" if study else "not run"})
         rows.append([Cell(name, judged["verdict"], href=leading(judged)), printed["mesh"][k],
                      printed["energy"][k], number(row.get("energy_limit"), 7),

@@ -36,7 +36,7 @@ ALLOWED = {
         "13.460 s": "printed", "13,460 s": "printed", "8400 to 9300 s": "from printed numbers",
         "80 s on 480 elements take 29.9 h in the paper": "printed",
         "cc ≤ 1e-6": "a tolerance", "1e-14": "a tolerance", "1e-18": "a tolerance",
-        "calls of 0.1 s": "limit of the code", "above 1 s two": "limit of the code",
+        "calls of 0.1 s": "limit of the code", "above 1 s one": "limit of the code",
         "above 100 s": "limit of the code", "dt = 1e-4": "a time step", "5e-4 s is": "a time step",
         "to 1 %": "bound of the target", "until 10 s": "instant of the table beside it",
         "at 20 s": "instant of the table beside it", "668 s": "printed"}}

@@ -7,9 +7,9 @@ import re
 import shutil
 import tomllib
 from base64 import b64decode
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from corovec.benchmarks import load_case
 from corovec.convergence import claims
 from corovec.convergence.claims import open_runs
 from corovec.convergence.run import code_version
-from corovec.reports import drawings, page, parts, reproduce, tables
+from corovec.reports import drawings, page, parts, processes, reproduce, tables
 from corovec.reports.cli import reproduce as command
 from corovec.reports.parts import Part, Results, Stamps
 from corovec.reports.player import STEPS, player
@@ -195,7 +195,8 @@ def test_every_row_is_counted_once(html):
     assert own == {"match": 4, "within tolerance": 2}
     assert counts["what wrong or weaker variants must give"] == {"bound met": 1}
     said = re.search('<ul class="standing">(.*?)<p class="sum">', html, re.DOTALL)[1]
-    for text in (f"of the paper's numbers and statements: {ratios + 1}: "
+    for text in ("of energy and momenta: 3: Figure 3 (3)",
+                 f"of the paper's numbers and statements: {ratios + 1}: "
                  f"Table 2 ({ratios}), Figure 7 (1)", "<li><b>Figure 7</b> ",
                  "which proves little: 0.", "</b>: 2: Table 1 (2); and the shapes of all curves"):
         assert text in said, text
@@ -208,10 +209,20 @@ def test_agreement_on_chosen_data_is_told_apart():
 
     table = [row("a", "match"), row("b", "selected", "selected"), row("c", "match", "assumed"),
              row("d", "deviates (open)", "selected"), row("e", "match", kind="analytic")]
-    figure = [{**table[0], "anchor": "elsewhere"}, row("f", "bound met", "", "statement")]
+    figure = [{**table[0], "anchor": "elsewhere"}, row("f", "bound met", "", "statement"),
+              row("g", "match", kind="analytic"), row("h", "deviates (open)", kind="analytic"),
+              row("i", "bound met", kind="baseline")]
     assert tables.standing([("Table 9", table), ("Figure 9", figure)]) == [
-        [("Table 9", ["a"]), ("Figure 9", ["f"])], [("Table 9", ["b", "c"])],
-        [("Table 9", ["d"])]]
+        [("Figure 9", ["g"])], [("Table 9", ["a"]), ("Figure 9", ["f"])],
+        [("Table 9", ["b", "c"])], [("Table 9", ["d"]), ("Figure 9", ["h"])]]
+
+
+def test_cells_of_tables_say_how_far_apart(html):
+    """The largest difference of an energy, and the range of the ratios of CPU times."""
+    for label, said in (("Table 1", "energy, L-plate; ours within 1.10%"),
+                        ("Table 2", "CPU time, L-plate; dense / skyline 1.1 times the paper's")):
+        assert f"<b>{label}</b><small>{said.replace(chr(39), '&#39;')}</small>" in html
+    assert tables.apart([]) == tables.ratio_apart([]) == ""
 
 
 def test_one_number_has_one_verdict(tmp_path):
@@ -537,11 +548,11 @@ def test_suite_that_breaks_off_is_no_deviation(tmp_path, monkeypatch, complete):
     """Both end with exit status 1; the file of the suite tells them apart."""
     path = tmp_path / "suite.json"
 
-    def run(*_, **__):
+    def execute(*_):
         path.write_text(json.dumps({**suite("kernel"), "complete": complete}))
-        return SimpleNamespace(returncode=1)
+        return 1
 
-    monkeypatch.setattr(reproduce.subprocess, "run", run)
+    monkeypatch.setattr(reproduce, "execute", execute)
     part = Part("verify-kernel", "verify", ("verify", "kernel"), path, ())
     assert reproduce.run_parts([part], tmp_path, 1) == (not complete)
 
@@ -552,13 +563,13 @@ def test_claims_follow_their_runs(tmp_path, monkeypatch):
     (claims,) = parts.select(parts.parts(SIZE, tmp_path), ["claims-l-plate"])
     runs, ran = list(claims.inputs), []
 
-    def run(command, **_):
-        name, path = command[3], Path(command[command.index("--output") + 1])
-        ran.append([Path(word).stem for word in command[4:] if word.endswith(".h5")])
+    def execute(command, log):
+        name, path = command[0], Path(command[command.index("--output") + 1])
+        ran.append([Path(word).stem for word in command[1:] if word.endswith(".h5")])
         path.write_text(json.dumps({"figures": {}, "run": len(ran)}), encoding="utf-8")
-        return SimpleNamespace(returncode=name == "run" and path.stem == "l-plate-480")
+        return int(name == "run" and path.stem == "l-plate-480")
 
-    monkeypatch.setattr(reproduce, "subprocess", SimpleNamespace(run=run, DEVNULL=None))
+    monkeypatch.setattr(reproduce, "execute", execute)
     assert [part.name for part in runs] == [f"run-l-plate-{n}" for n in (30, 120, 480)]
     assert reproduce.run_parts([*runs, claims], tmp_path, 1) == 1
     assert len(ran) == 4 and ran[-1] == ["l-plate-30", "l-plate-120"]
@@ -594,6 +605,40 @@ def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
     assert parts.status(bad, stamps) == "failed"
     assert reproduce.run_parts([good], tmp_path, 1, said.append) == 0
     assert said[-1] == "1 of 1 parts are there already"
+
+
+def test_parts_end_as_commands_do(tmp_path, monkeypatch, capfd):
+    """With the same exit status; what they say is in their logs, and nowhere else; also where they
+    are spawned, for want of a server that forks."""
+    log = tmp_path / "log"
+    for words, status, said in ((("list",), 0, "l-plate"), (("verify", "no-such-case"), 2, (
+            "corovec: error: 'no-such-case' is neither")), (("--no-such-option",), 2, "No such")):
+        assert reproduce.execute(words, log) == status
+        assert said in log.read_text()
+    monkeypatch.setattr(processes.multiprocessing, "get_all_start_methods", lambda: ["spawn"])
+    assert reproduce.execute(("verify", "no-such-case"), log) == 2
+    assert "corovec: error: 'no-such-case' is neither" in log.read_text()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_threads_start_parts_at_once(tmp_path):
+    with ThreadPoolExecutor(8) as pool:
+        ended = pool.map(lambda k: reproduce.execute(("info", str(k)), tmp_path / f"{k}.log"),
+                         range(24))
+    assert list(ended) == [2] * 24
+
+
+def test_longest_parts_begin_first(tmp_path, monkeypatch):
+    """After the timings, before the others, which stay in order."""
+    begun, everything = [], parts.select(parts.parts(SIZE, tmp_path), [])
+    monkeypatch.setattr(reproduce, "execute", lambda command, log: begun.append(log.stem) or 1)
+    reproduce.run_parts(everything, tmp_path, 1)
+    timings = [part.name for part in everything if part.alone]
+    assert begun[:len(timings)] == timings
+    longest = [name for name in parts.LONGEST if name != "verify-mutants"]  # left out
+    others = [part.name for part in sorted(everything, key=lambda part: bool(part.inputs))
+              if not part.alone and part.name not in longest]
+    assert begun[len(timings):] == longest + others
 
 
 def test_interrupted_run_goes_on(tmp_path):

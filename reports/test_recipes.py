@@ -4,7 +4,6 @@ import json
 import shutil
 import sys
 from importlib import import_module
-from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -131,13 +130,12 @@ def fifth(tmp_path, monkeypatch):
 @pytest.fixture
 def here(monkeypatch):
     """Parts run in this process: another one would not see the copies."""
-    def run(command, stdout, **_):
-        done = CliRunner().invoke(cli, command[3:])
-        stdout.write(f"{done.output}\n{done.exception or ''}")
-        return SimpleNamespace(returncode=done.exit_code)
+    def execute(command, log):
+        done = CliRunner().invoke(cli, command)
+        log.write_text(f"{done.output}\n{done.exception or ''}", encoding="utf-8")
+        return done.exit_code
 
-    monkeypatch.setattr("corovec.reports.reproduce.subprocess",
-                        SimpleNamespace(run=run, DEVNULL=None))
+    monkeypatch.setattr("corovec.reports.reproduce.execute", execute)
 
 
 def test_a_benchmark(fifth, here, tmp_path):

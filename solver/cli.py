@@ -135,6 +135,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
       corovec run l-plate --elements 480 --dt 1e-3 --end-time 2 --output l480.h5
       corovec run l-plate --elements 480 --dt 1e-3 --end-time 2 --output l480.h5 --resume
       corovec run l-plate --elements 30 --solver skyline --json
+      corovec run shell.toml --scheme exact --dissipation 0.1 --error 1e-5 --output shell.h5
     """
     from .compilation import warm_up
     from .input.files import find_model, read_model
@@ -156,6 +157,9 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     else:
         options["stresses"] = options["stresses"] or definition.output.stresses
         options["frame_every"] = options["frame_every"] or definition.output.frame_every
+        for name in ("scheme", "dissipation", "error"):
+            if not _given(name):
+                options[name] = getattr(definition.dynamic, name)
         settings = _settings(options, definition.dynamic, words)
     with _in_other_words({**words, "membrane": "--membrane"}), _in_file(path):
         steps = ReadySteps(definition, elements, settings, membrane)
@@ -187,12 +191,17 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 
+def _given(name):
+    """Whether an option stands in the command line."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source is click.core.ParameterSource.COMMANDLINE
+
+
 def _refuse_settings(path):
     """Raise ``InputError`` for options of a motion beside a file that has none."""
     from .dynamics.settings import Settings
-    context = click.get_current_context()
     for option in (option for field in fields(Settings) for option in _options(field)):
-        if context.get_parameter_source(option.name) is click.core.ParameterSource.COMMANDLINE:
+        if _given(option.name):
             raise InputError(f"{option.opts[0]} is of a motion, {path} has a static step only")
 
 

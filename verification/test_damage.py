@@ -16,6 +16,7 @@ from corovec import (
 )
 from corovec.reports.cli import animate, plot
 from corovec.solver.cli import info
+from corovec.solver.dynamics import simulation
 from corovec.solver.results import layout, recorder
 from corovec.verification.fuzz.files import (
     RUNS,
@@ -39,6 +40,8 @@ def whole(run, tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "run.h5"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recorder, "WAIT", 0.0)
+        patch.setattr(simulation, "MOST", 1)
+        patch.setattr(simulation, "LEAST", 1)
         run(path)
     return path.read_bytes()
 
@@ -99,6 +102,8 @@ def test_one_bit_of_an_energy(run, path):
 
 def test_damaged_last_frame_is_said_on_the_terminal(tmp_path, monkeypatch):
     monkeypatch.setattr(recorder, "WAIT", 0.0)
+    monkeypatch.setattr(simulation, "MOST", 1)  # every frame is a checkpoint
+    monkeypatch.setattr(simulation, "LEAST", 1)
     path = tmp_path / "run.h5"
     dynamic(path)
     with h5py.File(path, "r+") as file:

@@ -394,7 +394,7 @@ def test_bad_settings(options, message):
 
 
 @pytest.mark.parametrize("kind, options, message", [
-    (Scheme, {"name": "euler"}, "name 'euler' is unknown, must be one of: quasi, newmark"),
+    (Scheme, {"name": "euler"}, "name 'euler' is unknown, must be one of: quasi, exact, newmark"),
     (Scheme, {"name": None}, "name None is unknown"),
     (Scheme, {"rho_inf": 1.5}, r"rho_inf must lie in \[0, 1\], is 1.5"),
     (Scheme, {"rho_inf": np.nan}, "rho_inf must be finite"),

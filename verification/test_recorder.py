@@ -30,6 +30,7 @@ from corovec import (
     warm_up,
 )
 from corovec.benchmarks import load_case
+from corovec.solver.dynamics import simulation
 from corovec.solver.results import recorder
 from corovec.solver.statics import arc_length as statics
 from corovec.verification.fuzz.kills import assert_same_bits
@@ -110,9 +111,16 @@ def test_killed_static_run_resumes_bit_for_bit(tmp_path, method):
     assert_same_bits(whole, killed)
 
 
+def often(monkeypatch):
+    """Every frame is a checkpoint."""
+    monkeypatch.setattr(simulation, "MOST", 1)
+    monkeypatch.setattr(simulation, "LEAST", 1)
+
+
 def test_damaged_newest_checkpoint_falls_back(tmp_path, model, monkeypatch):
     """A torn checkpoint is noticed by its checksum; the other slot resumes, bit for bit."""
     monkeypatch.setattr(recorder, "WAIT", 0.0)  # each frame at once
+    often(monkeypatch)
     settings = Settings(dt=0.01, end_time=1.0, frame_every=10)
     whole, torn = tmp_path / "whole.h5", tmp_path / "torn.h5"
     simulate(model, settings, output=whole)
@@ -155,9 +163,10 @@ def test_file_holds_the_result(tmp_path, model):
 
 
 @pytest.mark.parametrize("last", [50, 35])
-def test_vtk_reads_the_frames(tmp_path, model, last):
+def test_vtk_reads_the_frames(tmp_path, model, last, monkeypatch):
     """VTK's own reader sees the mesh, the time steps and the same numbers, of a run that is
     interrupted too."""
+    often(monkeypatch)
     path = tmp_path / "run.h5"
 
     def interrupts(step, n_steps, row):
@@ -537,3 +546,42 @@ def test_a_static_path_becomes_a_data_frame(tmp_path):
     assert list(table.columns) == [name for name in stored.columns
                                    if name not in ("indefinite", "next_step")]
     np.testing.assert_allclose(table, stored[table.columns], rtol=1e-14, atol=0.0)
+
+
+# ------------------------------------------------------------------ checkpoints and frames
+
+
+def test_frames_do_not_touch_the_solver(model, monkeypatch):
+    """A run has the same bits with many frames as with few, unless each is a checkpoint: there the
+    factorization is dropped, in memory as in a file."""
+    def last(frame_every):
+        return simulate(model, Settings(0.01, 0.5, frame_every=frame_every)).displacement
+
+    few = last(50)
+    assert np.array_equal(last(5), few)
+    often(monkeypatch)
+    assert not np.array_equal(last(5), few)
+
+
+def test_frames_since_the_last_checkpoint_wait_for_the_next(tmp_path, model):
+    """A run that is stopped keeps what is before its last checkpoint, and goes on from there to the
+    same bits; one that fails keeps all its frames."""
+    whole, path = tmp_path / "whole.h5", tmp_path / "run.h5"
+    settings = Settings(0.01, 4.0, frame_every=10)
+    simulate(model, settings, output=whole)
+
+    def stop(kind):
+        def progress(step, *_):
+            if step == 255:
+                raise kind("stopped")
+        return progress
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(model, settings, output=path, progress=stop(KeyboardInterrupt))
+    assert read(path)["step"] == 200
+    simulate(model, settings, output=path, resume=True)
+    assert_same_bits(whole, path)
+    failed = tmp_path / "failed.h5"
+    with pytest.raises(StepError):
+        simulate(model, settings, output=failed, progress=stop(StepError))
+    assert read(failed)["step"] == 250

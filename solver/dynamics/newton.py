@@ -67,6 +67,9 @@ class StepRecord:
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
         impulses: ``Reactions`` times the length of the step; None of a shell without supports.
         loads: ``Resultant`` of the loads times the length of the step.
+        parts: of an adaptive step.
+        rejected: parts that were taken back.
+        local_error: the largest of a part [sizes of the shell].
     """
 
     iterations: int = 0
@@ -76,6 +79,33 @@ class StepRecord:
     indefinite: int = 0
     impulses: Reactions | None = None
     loads: Resultant = NOTHING
+    parts: int = 1
+    rejected: int = 0
+    local_error: float = 0.0
+
+    def add(self, part):
+        """Add the record of a part that was accepted."""
+        self._add_effort(part)
+        self.parts += 1
+        self.work_ratio = part.work_ratio
+        self.switches += part.switches
+        self.loads = self.loads.plus(part.loads, 1.0)
+        if part.impulses:
+            self.impulses = part.impulses.plus(self.impulses, 1.0) if self.impulses else (
+                part.impulses)
+
+    def reject(self, part):
+        """Count what a part took that was taken back."""
+        self._add_effort(part)
+        self.rejected += 1
+
+    def _add_effort(self, part):
+        self.iterations += part.iterations
+        self.halvings += part.halvings
+        if NOT_TOLD in (self.indefinite, part.indefinite):
+            self.indefinite = NOT_TOLD
+        else:
+            self.indefinite += part.indefinite
 
     def count(self, negative):
         """Count a matrix with ``negative`` negative pivots, None where the solver does not tell."""

@@ -84,6 +84,8 @@ class Settings:
     frame_every: int = setting("Steps between two frames (and checkpoints); 0 for about "
                                f"{DEFAULT_FRAMES} frames a run.", 0)
     stresses: bool = setting("Record stresses with every frame.", False)
+    error: float = setting("Error of a step, in sizes of the shell, beyond which it is divided "
+                           "into shorter ones; dt is then the longest. 0: steps of dt.", 0.0)
 
     def __post_init__(self):
         check_fields(self)
@@ -98,6 +100,8 @@ class Settings:
             are = "nearest ones are" if len(nearest) > 1 else "smallest is"
             raise InputError(f"end_time {self.end_time:g} s is not a multiple of dt {self.dt:g} s; "
                              f"the {are} {' and '.join(nearest)} s")
+        if not 0.0 <= self.error < 1.0:
+            raise InputError(f"error must lie in [0, 1), is {self.error:g}")
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
 

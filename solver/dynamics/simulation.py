@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..errors import InputError
+from ..errors import InputError, StepError
 from ..model.histories import Steps
 from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
@@ -23,6 +23,7 @@ from ..system.failure import told
 from ..system.loads import at_time
 from ..system.reactions import no_reactions
 from ..system.system import System
+from .adaptive import Adaptive
 from .balance import Halvings, review
 from .newton import StepRecord
 from .probes import Probes, probes_of
@@ -90,7 +91,8 @@ def check_run(model, settings, probes):
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_supports(model, settings)
-    _check_impulses(model, settings)
+    if not settings.error:
+        _check_impulses(model, settings)
     return probes
 
 
@@ -109,18 +111,21 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     stepper = Stepper(system, scheme, settings.newton)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
+    advance = Adaptive(stepper, settings, model).advance if settings.error else stepper.advance
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()
     try:
         for step in range(run.done + 1, settings.n_steps + 1):
             record = StepRecord()
-            stepper.advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
-            run.append(step, record)
-            if step in run.frame_of_step:
+            advance(run.state, run.place, (step - 1) * settings.dt, settings.dt, record)
+            if run.append(step, record):
                 stepper.forget()
             if progress is not None:
                 progress(step, settings.n_steps, run.history[step])
+    except StepError:
+        run.flush(everything=True)
+        raise
     finally:
         run.flush()
     seconds = stepper.iteration.seconds
@@ -130,6 +135,12 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
                   system.solver.name, seconds, settings)
+
+
+RARELY, LEAST, MOST = 2e6, 25, 200
+"""Checkpoints are frames at least ``RARELY`` / unknowns steps after the last one, but not more than
+``MOST`` and not fewer than ``LEAST``: about a second of work, or 25 steps, is lost with a run that
+is killed, and a factorization is dropped no more often."""
 
 
 class _Run:
@@ -156,6 +167,8 @@ class _Run:
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
+        self._rarely = int(np.clip(RARELY / system.numbering.n_dof, LEAST, MOST))
+        self._checkpoint = 0
         self._halvings = Halvings(settings.dt, 0)
         self._fill(0, StepRecord())
 
@@ -173,22 +186,32 @@ class _Run:
             self._recorder = Recorder.create(output, model, description, self.state,
                                              self.history[:1], self._frame(0, StepRecord()),
                                              settings.frame_steps, overwrite)
-        self._written = self.done + 1
+        self._written, self._checkpoint = self.done + 1, self.done
         self._halvings = Halvings(settings.dt, int(self.history["halvings"].sum()))
 
     def append(self, step, record):
-        """The history row of a step, and its frame if it has one."""
+        """The history row of a step, and its frame if it has one; whether there is a checkpoint.
+
+        A run that is resumed starts from a checkpoint without what is kept between steps, so all
+        runs of these settings drop it there, recorded or not: they end in the same bits.
+        """
         self._fill(step, record)
         self._halvings.add(step, record.halvings)
-        if self._recorder and step in self.frame_of_step:
-            self._recorder.keep(step, self.state, self.history[self._written:step + 1],
-                                 self._frame(step, record))
-            self._written = step + 1
-
-    def flush(self):
-        """Write what waits to be written."""
+        if step not in self.frame_of_step:
+            return False
+        checkpoint = step - self._checkpoint >= self._rarely or step == len(self.history) - 1
+        if checkpoint:
+            self._checkpoint = step
         if self._recorder:
-            self._recorder.flush()
+            self._recorder.keep(step, self.state, self.history[self._written:step + 1],
+                                self._frame(step, record), checkpoint)
+            self._written = step + 1
+        return checkpoint
+
+    def flush(self, everything=False):
+        """Write what waits to be written, see ``Recorder.flush``."""
+        if self._recorder:
+            self._recorder.flush(everything)
 
     def _fill(self, step, record):
         """The history row of a step."""
@@ -216,7 +239,8 @@ class _Run:
                 snapshot(system, self.state, self.place, reactions, self._settings.stresses))
 
 
-RECORDED = ("iterations", "work_ratio", "switches", "halvings", "indefinite")
+RECORDED = ("iterations", "work_ratio", "switches", "halvings", "indefinite", "parts", "rejected",
+            "local_error")
 """Columns of the history that are those of a ``StepRecord``."""
 
 OBSERVED = {"kinetic": "kinetic_energy", "strain": "strain_energy"}

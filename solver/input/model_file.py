@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ..checks import floats
 from ..dynamics.probes import Probes
+from ..dynamics.scheme import SCHEMES, Scheme
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.arithmetic import arithmetic
@@ -145,17 +146,28 @@ class Dynamic(Strict):
         dt: time step [s].
         end_time: at which it ends [s].
         loads: names of those that act; all without it.
+        scheme: ``quasi``, ``exact`` or ``newmark``.
+        dissipation: of ``exact``, 0 to 1.
+        error: of a step, in sizes of the shell, beyond which it is divided; 0 for steps of dt.
     """
 
     kind: Literal["dynamic"]
     dt: Positive
     end_time: Positive
     loads: list[Name] | None = None
+    scheme: Literal[SCHEMES] = "quasi"
+    dissipation: float = 0.0
+    error: float = 0.0
 
     @model_validator(mode="after")
     def _possible(self):
-        Settings(self.dt, self.end_time)
+        self.settings()
         return self
+
+    def settings(self, **others):
+        """``Settings`` of the step."""
+        return Settings(self.dt, self.end_time, Scheme(self.scheme, dissipation=self.dissipation),
+                        error=self.error, **others)
 
 
 class Output(Strict):

@@ -57,9 +57,8 @@ class ReadySteps:
             mesh = definition.mesh(elements)
             self.static = model.under(definition.loads_on(mesh, names=static.loads, rising=True),
                                       definition.supports_on(mesh, rising=True))
-        self.settings = settings if settings or not dynamic else Settings(
-            dynamic.dt, dynamic.end_time, frame_every=definition.output.frame_every,
-            stresses=definition.output.stresses)
+        self.settings = settings if settings or not dynamic else dynamic.settings(
+            frame_every=definition.output.frame_every, stresses=definition.output.stresses)
         if dynamic:
             try:
                 check_run(self.dynamic, self.settings, self._probes)

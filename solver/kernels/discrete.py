@@ -212,46 +212,66 @@ def triple_remainder(v, dv, y, dy, on, a, b, n, on_v, on_y):
     """``on [dv_1, dv_2, dy]``, the part of the increment of a triple product that is cubic, as
     forces linear in the increments and blind to rigid motions.
 
-    With any estimate ``th = G dv`` of the rotation that is exact for a rigid one, and the rest
-    ``r_i = d_i - th x i_m``:
+    With the rotation th of ``turn`` and the rests ``r_i = d_i - th x i_m``:
     ``[dv_1, dv_2, dy] = (dv_2 x dy) . r_1 + (dy x a_1) . r_2 + (a_1 x a_2) . r_y``,
     ``a_i = th x v_i``, because th x v_1, th x v_2 and th x y lie in one plane.
     """
-    th, m = b[0], b[1]
-    _cross(v[0], v[1], n)
-    nn, w_11, w_22 = _dot(n, n), _dot(v[0], v[0]), _dot(v[1], v[1])
-    n_1, n_2 = a[0], a[1]
-    _cross(n, v[0], n_1)
-    _cross(n, v[1], n_2)
-    along_1, along_2 = _dot(n, dv[0]) / nn, _dot(n, dv[1]) / nn
-    turn = 0.5 * (_dot(n_1, dv[0]) / w_11 + _dot(n_2, dv[1]) / w_22) / nn
-    for c in range(3):
-        th[c] = v[0, c] * along_2 - v[1, c] * along_1 + n[c] * turn
-    a_1, a_2, cx = a[2], b[2], m
+    th, m, part = b[0], b[1], b[2]
+    a_1, a_2 = a[0], a[1]
+    turn(v, dv, n, th)
     _cross(th, v[0], a_1)
     _cross(th, v[1], a_2)
-    # coefficients of the rests, and the moment that they take off th: m = sum i_m x c_i
-    mx, my, mz = 0.0 * nn, 0.0 * nn, 0.0 * nn
-    for k in range(3):
-        if k == 0:
-            _cross(dv[1], dy, cx)
-            at, on_k = v[0], on_v[0]
-        elif k == 1:
-            _cross(dy, a_1, cx)
-            at, on_k = v[1], on_v[1]
-        else:
-            _cross(a_1, a_2, cx)
-            at, on_k = y, on_y
-        for c in range(3):
-            cx[c] = on * cx[c]
-            on_k[c] += cx[c]
-        mx += at[1] * cx[2] - at[2] * cx[1]
-        my += at[2] * cx[0] - at[0] * cx[2]
-        mz += at[0] * cx[1] - at[1] * cx[0]
-    # transpose of G
-    on_1 = (v[1, 0] * mx + v[1, 1] * my + v[1, 2] * mz) / nn
-    on_2 = -(v[0, 0] * mx + v[0, 1] * my + v[0, 2] * mz) / nn
-    half = -0.5 * (n[0] * mx + n[1] * my + n[2] * mz) / nn
     for c in range(3):
-        on_v[0, c] += on_1 * n[c] + half / w_11 * n_1[c]
-        on_v[1, c] += on_2 * n[c] + half / w_22 * n_2[c]
+        m[c] = 0.0 * on
+    _cross(dv[1], dy, part)
+    add_rest(on, part, v[0], on_v[0], m)
+    _cross(dy, a_1, part)
+    add_rest(on, part, v[1], on_v[1], m)
+    _cross(a_1, a_2, part)
+    add_rest(on, part, y, on_y, m)
+    turn_transposed(v, n, m, on_v[0], on_v[1])
+
+
+@kernel
+def add_rest(on, coefficient, at, force, m):
+    """Force ``on`` times a coefficient of a rest ``d - th x at``, and the moment that it takes off
+    th."""
+    x, y, z = on * coefficient[0], on * coefficient[1], on * coefficient[2]
+    force[0] += x
+    force[1] += y
+    force[2] += z
+    m[0] -= at[1] * z - at[2] * y
+    m[1] -= at[2] * x - at[0] * z
+    m[2] -= at[0] * y - at[1] * x
+
+
+@kernel
+def turn(v, dv, n, th):
+    """An estimate ``th = G dv`` of the rotation of two vectors v (2, 3) by their increments, exact
+    for a rigid one; ``n = v_1 x v_2``."""
+    _cross(v[0], v[1], n)
+    nn = _dot(n, n)
+    along_1, along_2 = _dot(n, dv[0]) / nn, _dot(n, dv[1]) / nn
+    about = 0.5 * (_across(n, v[0], dv[0]) + _across(n, v[1], dv[1])) / nn
+    for c in range(3):
+        th[c] = v[0, c] * along_2 - v[1, c] * along_1 + n[c] * about
+
+
+@kernel
+def _across(n, v, d):
+    """``(n x v) . d / |v|^2``"""
+    return ((n[1] * v[2] - n[2] * v[1]) * d[0] + (n[2] * v[0] - n[0] * v[2]) * d[1]
+            + (n[0] * v[1] - n[1] * v[0]) * d[2]) / _dot(v, v)
+
+
+@kernel
+def turn_transposed(v, n, m, on_1, on_2):
+    """``G^T m`` of ``turn``, added to the forces on v_1 and v_2."""
+    nn = _dot(n, n)
+    along_1, along_2 = _dot(v[1], m) / nn, _dot(v[0], m) / nn
+    about = 0.5 * _dot(n, m) / nn
+    about_1, about_2 = about / _dot(v[0], v[0]), about / _dot(v[1], v[1])
+    for c in range(3):
+        d, e = (c + 1) % 3, (c + 2) % 3
+        on_1[c] += about_1 * (n[d] * v[0, e] - n[e] * v[0, d]) - along_1 * n[c]
+        on_2[c] += about_2 * (n[d] * v[1, e] - n[e] * v[1, d]) + along_2 * n[c]

@@ -3,6 +3,9 @@
 ``f_i = p int N_i (x,xi x x,eta) dxi deta`` on the bilinear surface through the nodes.  Its
 derivative is not symmetric: the skew part is a boundary term, which vanishes in the assembled
 matrix where the loaded surface is closed or its rim is held.
+
+In a step the forces at its middle do the work of p dV but for a term of third order in the
+increments, ``p V(dx)/4``, which ``add_volume_remainder`` gives back without a resultant.
 """
 
 import math
@@ -10,8 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .discrete import add_rest, turn, turn_transposed
 from .jit import internal, kernel
 from .storage import add_cell
+from .vectors import cross
 
 GAUSS = 1.0 / math.sqrt(3.0)
 
@@ -122,3 +127,59 @@ def add_pressure_stiffness(dofs, storage, quads, pressures, motion, delta, step,
         relative_positions(quads[k], dofs.nodes, motion, delta, 1.0 - step.alpha_f, y)
         pressure_stiffness(y, step.stiffness * pressures[k], k_p)
         add_cell(dofs, storage, quads[k], (3, 3, 3, 3), k, k_p, values, skew)
+
+
+TRIPLES = ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3))
+"""Corners of the tetrahedra of a bilinear surface with a point, ``V = sum [a, b, c] / 12``."""
+
+
+@kernel
+def add_volume_remainder(nodes, quads, pressures, origin, motion, delta, forces):
+    """Add ``p [da, db, dc] / 48`` of all tetrahedra with the node ``origin`` as forces, see
+    ``discrete.triple_remainder``: the work of the pressure forces in a step is then p dV exactly,
+    of a closed surface, and their resultant and moment stay what they are.
+
+    Args:
+        nodes: ``Nodes``.
+        quads: (n, 4) nodes; pressures: (n,) [Pa].
+        origin: a node.
+        motion: ``Motion`` at the start of the step.
+        delta: (n_dof,) increment.
+        forces: (n_dof,) [N].
+    """
+    a, da, f, A = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
+    v, dv, n, th = np.empty((2, 3)), np.empty((2, 3)), np.empty(3), np.empty(3)
+    m, part, on_v = np.empty(3), np.empty(3), np.empty((2, 3))
+    at = nodes.start[origin]
+    for q in range(quads.shape[0]):
+        for i in range(4):
+            node = quads[q, i]
+            for c in range(3):
+                da[i, c] = delta[nodes.start[node] + c] - delta[at + c]
+                a[i, c] = ((motion.x[node, c] - motion.x[origin, c])
+                           + (motion.x_low[node, c] - motion.x_low[origin, c]) + 0.5 * da[i, c])
+                f[i, c] = 0.0
+        for k in range(2):
+            for c in range(3):
+                v[k, c], dv[k, c] = a[2 + k, c] - a[k, c], da[2 + k, c] - da[k, c]
+                on_v[k, c] = 0.0
+        turn(v, dv, n, th)
+        m[:] = 0.0
+        for i in range(4):
+            cross(th, a[i], A[i])
+        for i, j, k in TRIPLES:
+            cross(da[j], da[k], part)
+            add_rest(pressures[q] / 48.0, part, a[i], f[i], m)
+            cross(da[k], A[i], part)
+            add_rest(pressures[q] / 48.0, part, a[j], f[j], m)
+            cross(A[i], A[j], part)
+            add_rest(pressures[q] / 48.0, part, a[k], f[k], m)
+        turn_transposed(v, n, m, on_v[0], on_v[1])
+        for k in range(2):
+            for c in range(3):
+                f[k, c] -= on_v[k, c]
+                f[2 + k, c] += on_v[k, c]
+        for i in range(4):
+            for c in range(3):
+                forces[nodes.start[quads[q, i]] + c] += f[i, c]
+                forces[at + c] -= f[i, c]

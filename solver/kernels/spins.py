@@ -15,7 +15,7 @@ th_k/dt less those of w_0, as of a velocity.
 import numpy as np
 
 from .arguments import DONE
-from .jit import internal, kernel
+from .jit import inlined, internal, kernel
 from .updates import move_nodes
 from .vectors import cross, dot, orthonormal
 
@@ -76,14 +76,6 @@ def place(nodes, frames, p, A1):
                     A1[d, c, k] = column[c]
 
 
-@internal
-def add_momentum(inertia, p, w, factor, total):
-    """``total += factor I (w - p (p . w))``"""
-    share = dot(p, w)
-    for c in range(3):
-        total[c] += factor * inertia * (w[c] - share * p[c])
-
-
 @kernel
 def advance(nodes, inertia, motion, start, step, delta, work):
     """Nodal quantities of an iterate, into ``work``: directors at the end, and their means,
@@ -101,35 +93,68 @@ def advance(nodes, inertia, motion, start, step, delta, work):
     Returns:
         The first node that turns by more than ``LARGEST_TURN``.
     """
-    first_dof, n_rot, first, _ = nodes
+    first_dof, n_rot, first, body = nodes
     frames, velocity = motion.chart, motion.velocity
-    th, w_0, w_1, b, column = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    p_start, p_end, p_mid, A1, rate = start.p, work.p_end, work.p_mid, work.A1, work.spin_rate
+    ends = work.frames
+    th, w_0, w_1, p_0, p_1 = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(first_dof.shape[0]):
         at = first_dof[i]
         for c in range(3):
             work.dx[i, c] = delta[at + c]
             work.inertial_x[i, c] = step.delta * delta[at + c] - step.velocity * velocity[at + c]
-        vector(frames[i], n_rot[i], delta, at + 3, th)
-        if not dot(th, th) <= LARGEST_TURN**2:
+            th[c], w_0[c] = _along_basis(frames, i, n_rot[i], delta, velocity, at + 3, c)
+            rate[i, c] = 0.0
+        square = dot(th, th)
+        if not square <= LARGEST_TURN**2:
             return i
-        vector(frames[i], n_rot[i], velocity, at + 3, w_0)
+        part = 1.0 / (1.0 + 0.25 * square)
         turned(th, w_0, w_1)
+        for row in range(3):
+            a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
+            x, y, z = th[1] * c - th[2] * b, th[2] * a - th[0] * c, th[0] * b - th[1] * a
+            ends[i, row, 0] = a + part * (x + 0.5 * (th[1] * z - th[2] * y))
+            ends[i, row, 1] = b + part * (y + 0.5 * (th[2] * x - th[0] * z))
+            ends[i, row, 2] = c + part * (z + 0.5 * (th[0] * y - th[1] * x))
         for c in range(3):
             w_1[c] = step.velocity * th[c] - w_1[c]
-            work.spin_rate[i, c] = 0.0
-            turned(th, frames[i, c], work.frames[i, c])
         for d in range(first[i], first[i + 1]):
-            turned(th, start.p[d], work.p_end[d])
             for c in range(3):
-                work.p_mid[d, c] = 0.5 * (start.p[d, c] + work.p_end[d, c])
-            add_momentum(inertia[d], work.p_end[d], w_1, step.rate_delta, work.spin_rate[i])
-            add_momentum(inertia[d], start.p[d], w_0, -step.rate_delta, work.spin_rate[i])
-            for k in range(n_rot[i]):
-                basis(frames[i], n_rot[i], k, b)
-                cross(b, work.p_mid[d], column)
-                for c in range(3):
-                    work.A1[d, c, k] = column[c]
+                p_0[c] = p_start[d, c]
+                p_1[c] = (body[d, 0] * ends[i, 0, c] + body[d, 1] * ends[i, 1, c]
+                          + body[d, 2] * ends[i, 2, c])
+                p_end[d, c] = p_1[c]
+            along_0, along_1, factor = dot(p_0, w_0), dot(p_1, w_1), step.rate_delta * inertia[d]
+            for c in range(3):
+                rate[i, c] += factor * ((w_1[c] - along_1 * p_1[c]) - (w_0[c] - along_0 * p_0[c]))
+                p_0[c] = p_mid[d, c] = 0.5 * (p_0[c] + p_1[c])
+            if n_rot[i] == 2:
+                _swing(frames, i, 1, 1.0, p_0, A1, d, 0)
+                _swing(frames, i, 0, -1.0, p_0, A1, d, 1)
+            else:
+                for k in range(3):
+                    _swing(frames, i, k, 1.0, p_0, A1, d, k)
     return DONE
+
+
+@inlined
+def _along_basis(frames, i, n_rot, one, two, at, c):
+    """Component c of ``sum one[at + k] b_k`` and of the same of ``two``."""
+    if n_rot == 2:
+        return (one[at] * frames[i, 1, c] - one[at + 1] * frames[i, 0, c],
+                two[at] * frames[i, 1, c] - two[at + 1] * frames[i, 0, c])
+    x, y, z = frames[i, 0, c], frames[i, 1, c], frames[i, 2, c]
+    return (one[at] * x + one[at + 1] * y + one[at + 2] * z,
+            two[at] * x + two[at + 1] * y + two[at + 2] * z)
+
+
+@inlined
+def _swing(frames, i, row, sign, p, A1, d, k):
+    """Column k of A1: ``sign t x p``."""
+    a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
+    A1[d, 0, k] = sign * (b * p[2] - c * p[1])
+    A1[d, 1, k] = sign * (c * p[0] - a * p[2])
+    A1[d, 2, k] = sign * (a * p[1] - b * p[0])
 
 
 @internal

@@ -15,6 +15,8 @@ class _Scheme(_Strict):
     rho_inf: float
     transformation: str
     axes: str
+    dissipation: float
+    dissipates: str
 
 
 class _Newton(_Strict):
@@ -32,6 +34,7 @@ class _Settings(_Strict):
     solver: str
     frame_every: int
     stresses: bool
+    error: float
 
 
 class _StaticSettings(_Strict):

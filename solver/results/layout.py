@@ -16,12 +16,15 @@ DYNAMICS = np.dtype([
     ("angular_momentum_printed", "f8", 3), ("momentum_scale", "f8"), ("angular_scale", "f8"),
     ("load", "f8", 3), ("load_moment", "f8", 3),
     ("reaction", "f8", 3), ("reaction_moment", "f8", 3), ("iterations", "i4"),
-    ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4")])
+    ("work_ratio", "f8"), ("switches", "i4"), ("halvings", "i4"), ("indefinite", "i4"),
+    ("parts", "i4"), ("rejected", "i4"), ("local_error", "f8")])
 """A row of a run, one a step; ``support_work`` of supports that move, ``dissipated`` by damping;
 ``angular_momentum_printed`` is Eq. (50) as printed (one sum over nodes), ``load`` and ``reaction``
 are the forces of all loads and of all supports at the generalized midpoint of the step that ends
 there, ``load_moment`` and ``reaction_moment`` their moments about the origin, all zero in the first
-row; springs to the ground and damping of a shell that is held count among the reactions."""
+row; springs to the ground and damping of a shell that is held count among the reactions;
+``parts`` are those that an adaptive step was divided into, ``rejected`` those that were taken back
+and ``local_error`` the largest error of one, in sizes of the shell."""
 
 STATICS = np.dtype([
     ("factor", "f8"), ("strain_energy", "f8"), ("load", "f8", 3), ("load_moment", "f8", 3),

@@ -62,6 +62,7 @@ class Recorder:
         self._text = np.bytes_(json.dumps(description))
         self._run = np.bytes_(uuid.uuid4().hex)
         self._kept, self._state, self._written = [], None, time.monotonic()
+        self._pending, self._latest = [], None
         self._slot = 0
 
     @classmethod
@@ -96,18 +97,29 @@ class Recorder:
             file.attrs.modify("run", recorder._run)
         return recorder, stored.step, stored.history
 
-    def keep(self, step, state, rows, frame):
-        """Append the history ``rows`` up to ``step``, a frame, and a checkpoint; within ``WAIT``
-        of the last time they wait in memory, for ``flush`` at the latest."""
+    def keep(self, step, state, rows, frame, checkpoint=True):
+        """Append the history ``rows`` up to ``step`` and a frame, which wait in memory for the next
+        ``checkpoint``; with that within ``WAIT`` of the last time they still wait, for ``flush`` at
+        the latest."""
         index, at, fields = frame
         fields = {name: np.array(values) for name, values in fields.items()}
-        self._kept.append((rows, (index, at, fields)))
-        self._state = step, state.pack()
-        if time.monotonic() - self._written > WAIT:
-            self.flush()
+        self._pending.append((rows, (index, at, fields)))
+        self._latest = step, state.pack()
+        if checkpoint:
+            self._close()
+            if time.monotonic() - self._written > WAIT:
+                self.flush()
 
-    def flush(self):
-        """Write what waits in memory."""
+    def _close(self):
+        """The latest frame becomes one from which a run can go on."""
+        self._kept += self._pending
+        self._pending, self._state = [], self._latest
+
+    def flush(self, everything=False):
+        """Write what waits in memory up to the last checkpoint, or ``everything``, of a run that
+        has failed and will not go on."""
+        if everything and self._pending:
+            self._close()
         kept, self._kept = self._kept, []
         if kept:
             self._append(*self._state, kept)

@@ -1,13 +1,11 @@
-"""Where runs are executed: worker processes of this machine, or those of a Dask scheduler.
+"""Where runs are executed: worker processes of this machine, or those of a Dask scheduler, or here.
 
-Both are a ``concurrent.futures.Executor``; ``complete`` is the loop over either.
+All are a ``concurrent.futures.Executor``; ``complete`` is the loop over any.
 """
 
 import math
 import multiprocessing
-import os
 import signal
-import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import (
@@ -15,6 +13,7 @@ from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
     Executor,
+    Future,
     ProcessPoolExecutor,
     wait,
 )
@@ -24,6 +23,7 @@ from typing import NamedTuple
 from ..checks import integer
 from ..errors import InputError
 from ..signatures import checked
+from .process import follow_parent
 from .provenance import usable_cores
 
 CONNECT = 10.0
@@ -39,17 +39,32 @@ class Workers(NamedTuple):
     shared_disk: bool = True
 
 
-def processes(jobs=None):
+def processes(jobs=None, context=None):
     """Worker processes of this machine; ``jobs`` of them, by default one a usable core.
 
-    They are spawned, for forked children and threaded libraries do not go together; one task waits
-    for the first that is free.
+    Without a ``multiprocessing`` context they are spawned, for forked children and threaded
+    libraries do not go together; one task waits for the first that is free.  A single job is done
+    by this process: to start another takes longer than many a task.
     """
     jobs = usable_cores() if jobs is None else integer("jobs", jobs)
     if jobs < 1:
         raise InputError(f"jobs must be at least 1, is {jobs}")
-    context = multiprocessing.get_context("spawn")
+    if jobs == 1:
+        return Workers(_Here, 1)
+    context = context or multiprocessing.get_context("spawn")
     return Workers(lambda: ProcessPoolExecutor(jobs, context, _begin), jobs + 1)
+
+
+class _Here(Executor):
+    """This process, at once."""
+
+    def submit(self, function, /, *arguments, **options):
+        future = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except Exception as error:
+            future.set_exception(error)
+        return future
 
 
 @checked
@@ -170,9 +185,4 @@ def _stop(executor, running):
 def _begin():
     """A worker process leaves Ctrl-C to the campaign, and ends when that has died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent():
-    multiprocessing.parent_process().join()
-    os._exit(1)
+    follow_parent()

@@ -1,5 +1,6 @@
 """Processes that end with the one that started them."""
 
+import multiprocessing
 import os
 import threading
 import time
@@ -18,6 +19,16 @@ def end_with_parent():
     parent = os.environ.pop(PARENT, "")
     if parent:
         threading.Thread(target=_end_with, args=(int(parent),), daemon=True).start()
+
+
+def follow_parent():
+    """End with the process that started this one by ``multiprocessing``."""
+    threading.Thread(target=_follow, daemon=True).start()
+
+
+def _follow():
+    multiprocessing.parent_process().join()
+    os._exit(1)
 
 
 def _end_with(parent):

@@ -17,6 +17,8 @@ class ExactSystem(System):
     to one node.
     """
 
+    exact = True
+
     def _make_coordinates(self, follow):
         elements, model = self.elements, self.model
         if len(elements.eccentric):

@@ -180,8 +180,8 @@ class SuperLU:
 
     def factor(self):
         """Factorize the matrix, see the module."""
-        self._factor = _superlu(self.matrix())
-        return _negative_pivots(self._factor)
+        self._factor, negative = diagonal_lu(self.matrix())
+        return negative
 
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""

@@ -69,9 +69,11 @@ class FollowerPressure:
 
     Attributes:
         cells: (n, 4) nodes of the elements that bear one.
+        exact: whether their work in a step is that of the enclosed volume.
     """
 
-    def __init__(self, model):
+    def __init__(self, model, exact=False):
+        self.exact = exact
         patterns = {}
         for load in model.loads:
             if isinstance(load, Pressure):
@@ -93,6 +95,10 @@ class FollowerPressure:
         pressure.add_pressure_forces(
             dofs.nodes, self.cells, pressures, iterate.state.motion, iterate.delta,
             1.0 - iterate.step.alpha_f, forces)
+        if self.exact:
+            pressure.add_volume_remainder(
+                dofs.nodes, self.cells, pressures, self.cells[0, 0], iterate.state.motion,
+                iterate.delta, forces)
 
     def add_matrix(self, dofs, iterate, pressures, storage, values, skew):
         """Add their stiffness to the symmetric part and, if there is one, to the skew part."""
@@ -197,10 +203,10 @@ class Applied(NamedTuple):
     items: tuple
 
 
-def items(model):
-    """Items of the loads of a model, those that act on any cell."""
-    kinds = (FollowerPressure, NormalCouples, CentrifugalForces)
-    return [item for item in (kind(model) for kind in kinds) if len(item.cells)]
+def items(model, exact=False):
+    """Items of the loads of a model, those that act on any cell; ``exact``: of the exact scheme."""
+    found = FollowerPressure(model, exact), NormalCouples(model), CentrifugalForces(model)
+    return [item for item in found if len(item.cells)]
 
 
 def check_acting(model):

@@ -1,13 +1,13 @@
 """What a motion consists of at one instant, and what follows from it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..kernels.arguments import Motion, Observation, Start
 
-TOTALS = ("external_work", "support_work", "dissipated", "peak", "missed")
-"""Sums of a ``State`` since t = 0."""
+TOTALS = ("external_work", "support_work", "dissipated", "peak", "missed", "part")
+"""Sums of a ``State`` since t = 0, and the length of a part that comes next."""
 
 
 @dataclass
@@ -24,15 +24,21 @@ class State:
         missed: energy since t = 0 that is not work of the loads [J].
         lags: (n_elem, 1) by how much the dissipation of ``exact`` moves the mean of an element's
             strains towards the end of the step; none of other schemes.
+        means: (2, n_nodes, 3) mean velocities of the last two parts of adaptive steps [m/s].
+        spans: (2,) their lengths [s].
+        part: length of the part that comes next [s]; zero: not known.
     """
 
     motion: Motion
-    lags: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
+    lags: np.ndarray
+    means: np.ndarray
+    spans: np.ndarray
     external_work: float = 0.0
     support_work: float = 0.0
     dissipated: float = 0.0
     peak: float = 0.0
     missed: float = 0.0
+    part: float = 0.0
 
     x = property(lambda self: self.motion.x)
     x_low = property(lambda self: self.motion.x_low)
@@ -43,7 +49,7 @@ class State:
 
     @property
     def _arrays(self):
-        return *self.motion, self.lags
+        return *self.motion, self.lags, self.means, self.spans
 
     def pack(self):
         """All numbers of the state as one float64 vector."""
@@ -84,7 +90,7 @@ def blank_state(nodes, n_dof, n_lags=0):
     """Nodes at their initial places, axes along the global ones, everything else zero."""
     return State(Motion(nodes.copy(), np.zeros_like(nodes), np.zeros_like(nodes),
                         np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof)),
-                 np.zeros((n_lags, 1)))
+                 np.zeros((n_lags, 1)), np.zeros((2, *nodes.shape)), np.zeros(2))
 
 
 def blank_place(elements, n_directors):

@@ -60,11 +60,13 @@ class System:
         factorizations: how many there have been, by which a kept one is known.
     """
 
+    exact = False
+
     def __init__(self, model, solver="auto", follow=True, full_tangent=False):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
         where they have one."""
         self.model, self.elements = model, model.elements
-        self._items, self._springs = items(model), springs.items(model)
+        self._items, self._springs = items(model, self.exact), springs.items(model)
         self._turning = springs.TurningSprings(model)
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         cells = [item.cells for item in (*self._items, *self._springs)]

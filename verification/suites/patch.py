@@ -5,13 +5,13 @@ rigid rotation of 120 degrees.  Boundary values are prescribed, interior nodes a
 """
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from corovec import Mesh, Model, Support, load_control
-from corovec.solver.system.state import State
 
 from ..case import Case, Row, small
 from ..helpers import THIN, free_part, make_system, stiffness
@@ -66,8 +66,8 @@ def patch_error(kind, values, placement, thickness=1e-3, patch=(NODES, QUADS, IN
         turn = Rotation.from_rotvec(np.radians(120.0) * np.ones(3) / np.sqrt(3.0)).as_matrix()
         turned = Model(nodes @ turn.T, quads, thickness, 1e6, 0.25, 1.0)
         there = make_system(turned).initial_state()
-        moved = State(moved.motion._replace(x=there.x, variables=there.variables,
-                                            chart=there.chart))
+        moved = replace(moved, motion=moved.motion._replace(x=there.x, variables=there.variables,
+                                                            chart=there.chart))
     n, start = system.numbering.n_dof, system.numbering.start
     K = stiffness(system, moved)
     u, r = (field @ turn.T for field in state(kind, values, nodes))

@@ -1,0 +1,98 @@
+"""Steps that choose themselves: their error, points of functions of time, what they keep."""
+
+import numpy as np
+import pytest
+
+from corovec import (
+    InputError,
+    NodalLoad,
+    Scheme,
+    Settings,
+    TimeFunction,
+    simulate,
+)
+from corovec.benchmarks import load_case
+from corovec.verification.fuzz.kills import assert_same_bits
+from corovec.verification.models import cross_code_plate
+
+LOADED = load_case("l-plate").model(30)
+SCHEMES = {"exact": Scheme("exact"), "dissipating": Scheme("exact", dissipation=0.3),
+           "quasi": Scheme()}
+
+
+def run(error=0.0, dt=0.04, end_time=2.0, scheme="exact", **options):
+    settings = Settings(dt, end_time, SCHEMES[scheme], error=error, frame_every=options.pop(
+        "frame_every", 0))
+    return simulate(LOADED, settings, **options)
+
+
+@pytest.mark.parametrize("scheme", ["exact", "quasi"])
+def test_less_error_is_asked_for_and_found(scheme):
+    """Parts get shorter with the error that is asked for, and the path nearer to that of short
+    steps; a step is divided in powers of two."""
+    exact = run(dt=0.002, scheme=scheme).displacement
+    missed, parts = [], []
+    for error in (1e-4, 1e-6):
+        result = run(error, scheme=scheme)
+        rows = result.history[1:]
+        assert np.all(rows["local_error"] <= error)
+        assert result.history["parts"][1:].min() < result.history["parts"].max()
+        missed.append(np.abs(result.displacement - exact).max())
+        parts.append(rows["parts"].sum())
+    assert missed[1] < 0.5 * missed[0] and parts[1] > 3 * parts[0]
+
+
+@pytest.mark.parametrize("scheme", ["exact", "dissipating"])
+def test_what_a_step_keeps_all_its_parts_keep(scheme):
+    """Energy, less what was dissipated and the work, and both momenta, through parts of many
+    lengths."""
+    result = run(1e-5, end_time=4.0, scheme=scheme)
+    rows = result.history
+    missed = result.total_energy + rows["dissipated"] - rows["external_work"]
+    assert len(set(rows["parts"][1:])) > 1 and rows["rejected"].sum() > 0
+    assert np.abs(missed).max() < 1e-11 * result.total_energy.max()
+    assert result.drift.linear_momentum < 1e-12 and result.drift.angular_momentum < 1e-11
+    assert (rows["dissipated"][-1] > 1e-3) == (scheme == "dissipating")
+
+
+def test_points_of_functions_of_time_are_ends_of_parts():
+    """A pulse shorter than dt, with points beside the grid, has its exact impulse; steps of dt are
+    refused, which would miss it."""
+    pulse = TimeFunction((0.0, 0.003, 0.0101, 0.0177), (0.0, 0.0, 1.0, 0.0))
+    model = cross_code_plate(1)
+    model = model.under([NodalLoad(0, (0.0, 0.0, 5.0), pulse)], [])
+    with pytest.raises(InputError, match="too long for its time function"):
+        simulate(model, Settings(0.05, 0.2, SCHEMES["exact"]))
+    result = simulate(model, Settings(0.05, 0.2, SCHEMES["exact"], error=1e-3))
+    momentum = result.history["linear_momentum"][-1]
+    assert np.allclose(momentum, (0.0, 0.0, 5.0 * pulse.integral(1.0)), rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize("scheme", list(SCHEMES))
+def test_resumed_runs_have_the_same_bits(scheme, tmp_path):
+    """What the next part depends on is in the checkpoint."""
+    whole, parted = tmp_path / "whole.h5", tmp_path / "parted.h5"
+    run(1e-5, scheme=scheme, output=whole, frame_every=10)
+
+    def stop(step, *_):
+        if step == 37:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(1e-5, scheme=scheme, output=parted, frame_every=10, progress=stop)
+    run(1e-5, scheme=scheme, output=parted, frame_every=10, resume=True)
+    assert_same_bits(whole, parted)
+
+
+@pytest.mark.parametrize("error", [-1e-3, 1.0, float("nan")])
+def test_an_error_is_a_part_of_the_shells_size(error):
+    """Between none and the whole size."""
+    with pytest.raises(InputError, match="error must"):
+        Settings(0.01, 1.0, error=error)
+
+
+def test_steps_that_cannot_be_short_enough_are_told_of():
+    """Once a run."""
+    with pytest.warns(UserWarning, match="take a smaller dt") as told:
+        run(1e-14, end_time=0.12)
+    assert len([one for one in told if "error of a step" in str(one.message)]) == 1
