@@ -148,7 +148,7 @@ def halved_share(history):
 
 @cache
 def reached(outcome):
-    """Contents of the file of a run, of one that failed as far as its last checkpoint; None if
+    """Contents of the file of a run, of one that failed as far as its last frame; None if
     there is none."""
     try:
         contents = read(outcome.path)

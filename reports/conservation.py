@@ -91,7 +91,7 @@ def flights(study):
                  ("case", "scheme", "dt [s]", "until [s]", "energy drift", "linear momentum",
                   "angular momentum", "iterations a step", "CPU s a simulated s",
                   "rise of the energy", "steps halved", "error of the path"), rows,
-                 ["Until: of a flight that failed, its last checkpoint.  Rise: above what the "
+                 ["Until: of a flight that failed, its last frame.  Rise: above what the "
                   "energy was at any time before.  CPU seconds are of this machine.  Error of "
                   "the path: the largest distance of a node from where a small step of quasi has "
                   "it, relative to the largest displacement."])
