@@ -48,7 +48,6 @@ SAME_PATH = 0.5
 """Difference of the errors of two paths, relative to the larger, up to which they are the same:
 what a step smaller by a third makes of an error of second order."""
 
-
 MEASURED = (*DRIFTS, "energy_change", "energy_rise", "iterations_per_step", "halvings",
             "halved_share", "cpu_per_second", "path_error")
 """What is measured of a flight."""

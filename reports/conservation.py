@@ -21,8 +21,8 @@ NAMES = {"paper": "quasi, global axes (the paper's)", "quasi": "quasi, axes that
          "generalized-alpha": "generalized-alpha (rho_inf = 0.8)"}
 """The schemes of the study in words."""
 
-LOOKS = dict(zip(SCHEMES, CURVES))
-"""Colour and line style of each scheme."""
+LOOKS = dict(zip(SCHEMES, zip(CURVES, 2 * MARKERS)))
+"""Colour and line style, and marker, of each scheme."""
 
 FLOOR = 1e-17
 """Least drift that is drawn: a logarithmic axis has no zero."""
@@ -110,7 +110,7 @@ def drift(rows):
     figure, panels = _panels(rows)
     for axes, (case, own) in zip(panels, rows.groupby("case", sort=False)):
         for scheme, curve in own.groupby("scheme", sort=False):
-            colour, dashes = LOOKS[scheme]
+            (colour, dashes), _ = LOOKS[scheme]
             axes.plot(curve["time"], np.maximum(curve["energy_drift"], FLOOR), color=colour,
                       linestyle=dashes, label=NAMES[scheme])
         axes.set(yscale="log", xlabel="time [s]", ylabel="energy drift",
@@ -133,8 +133,8 @@ def precision(rows):
     rows = rows[["case", "scheme", "dt", "cpu_per_second", "path_error"]].dropna()
     figure, panels = _panels(rows)
     for axes, (case, own) in zip(panels, rows.groupby("case", sort=False)):
-        for (scheme, curve), marker in zip(own.groupby("scheme", sort=False), 2 * MARKERS):
-            colour, dashes = LOOKS[scheme]
+        for scheme, curve in own.groupby("scheme", sort=False):
+            (colour, dashes), marker = LOOKS[scheme]
             axes.plot(curve["cpu_per_second"], curve["path_error"], marker, color=colour,
                       linestyle=dashes, fillstyle="none", label=NAMES[scheme])
         axes.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second",

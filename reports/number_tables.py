@@ -70,7 +70,7 @@ def schemes(snapshot):
         rows.append((
             f"{row['case']}, {SCHEMES[row['scheme']]}",
             number(row["largest_step"], ".4g") + (" or more" if row["larger_untried"] else ""),
-            number(row["of_paper"], ".3g"),
+            number(row["of_paper"], ".4g"),
             *(number(row[name], ".1e") for name in DRIFTS),
             number(row["iterations_per_step"], ".1f"),
             number(seconds / unit if seconds and unit else None, ".2f")))
