@@ -44,14 +44,12 @@ class Run:
                    "settings": asdict(self.settings), "code": code_version()}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
-    def watch(self):
-        """What ``simulate`` calls after every step.
+    def watch(self, halvings):
+        """What ``simulate`` calls after every step of a run that has had so many ``halvings``.
 
         Raises:
-            StepError: more halvings than ``most_halvings``.
+            StepError: more of them than ``most_halvings``.
         """
-        halvings = 0
-
         def count(step, n_steps, row):
             nonlocal halvings
             halvings += int(row["halvings"])

@@ -17,9 +17,12 @@ STAMP = np.dtype([("seconds", "f8"), ("cpu", "f8"), ("begun_at", "i8")])
 
 def record(run, path):
     """Run (or finish) ``run`` into the file ``path`` and stamp it."""
-    begun_at = read(path)["step"] if path.exists() else 0
+    begun_at, halvings = 0, 0
+    if path.exists():
+        contents = read(path)
+        begun_at, halvings = contents["step"], int(contents["history"]["halvings"].sum())
     clock = time.process_time()
-    watched = {} if run.most_halvings is None else {"progress": run.watch()}
+    watched = {} if run.most_halvings is None else {"progress": run.watch(halvings)}
     result = simulate(run.model, run.settings, output=path, resume=True, case=run.case, **watched)
     stamp = np.array((result.seconds.total, time.process_time() - clock, begun_at), dtype=STAMP)
     with h5py.File(path, "r+", locking=False) as file:

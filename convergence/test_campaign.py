@@ -74,6 +74,10 @@ def test_a_run_that_is_halved_too_often_is_given_up(tmp_path):
         assert run.key == free.key
         (outcome,), _ = execute(tmp_path, [run])
         assert outcome.status == status, limit
+        if status == "failed":  # tried again, it is given up after one step
+            reached = read(outcome.path)["step"]
+            (again,), _ = execute(tmp_path, [run])
+            assert again.status == status and read(outcome.path)["step"] <= reached + 1
     assert same_history(outcome.path, free)
 
 

@@ -75,7 +75,7 @@ def schemes(snapshot):
             number(row["iterations_per_step"], ".1f"),
             number(seconds / unit if seconds and unit else None, ".2f")))
     return _table("case, scheme | largest step held [s] | of the paper's | E drift | L drift "
-                  "| J drift | iterations a step | time, quasi = 1", rows,
+                  "| J drift | iterations a step | CPU time, quasi = 1", rows,
                   f"Measured at {_commit(part)}.")
 
 
