@@ -169,7 +169,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
                    f"{settings.n_steps} steps of {settings.dt:g} s")
         if resume and not os.path.exists(output):
             click.echo(f"{printable(str(output))} does not exist yet: a new run")
-    compile_seconds = warm_up()
+    compile_seconds = warm_up(exact=bool(settings and settings.scheme.exact))
     with _Progress(settings.n_steps, shell.unloaded_at) if settings else nullcontext() as progress:
         try:
             with _in_other_words(words):

@@ -43,9 +43,10 @@ BESIDE = "beside-"
 """How the folder of the second process begins."""
 
 
-def warm_up():
+def warm_up(exact=False):
     """Compile (or load from the cache) the kernels of a run under dead forces; seconds it took.
 
+    With ``exact`` also those of the scheme of that name, which takes another half a minute.
     Processes that come meanwhile wait for it instead of compiling the same.
     """
     clock = time.perf_counter()
@@ -62,6 +63,10 @@ def warm_up():
             # three steps without a checkpoint: the second and third carry the matrix of the first
             simulate(_plate(), Settings(dt=DT, end_time=3 * DT, solver=solver, frame_every=3),
                      probes={"stress": StressProbe(0)})
+        if exact:
+            for solver in ("auto", "skyline"):
+                simulate(_plate(), Settings(dt=DT, end_time=3 * DT, scheme=Scheme("exact"),
+                                            solver=solver, frame_every=3))
     return time.perf_counter() - clock
 
 

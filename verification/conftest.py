@@ -16,4 +16,4 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def pytest_sessionstart():
     """Compile before the workers start, which would each do the same."""
-    warm_up()
+    warm_up(exact=True)

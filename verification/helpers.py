@@ -15,7 +15,7 @@ import numpy as np
 from corovec import ResultFileWarning, read
 from corovec.solver.cli import main
 from corovec.solver.kernels.arguments import STATIC
-from corovec.solver.system.linear import SuperLU
+from corovec.solver.system.linear import SparseLDL, SuperLU
 from corovec.solver.system.system import System
 
 COMMAND = Path(sys.executable).with_name("corovec")
@@ -23,14 +23,15 @@ COMMAND = Path(sys.executable).with_name("corovec")
 THIN = "rounding errors, amplified by the ratio of membrane to bending stiffness (L/h)^2 = 6e4"
 """Why the patch tests, 0.24 long and 0.001 thick, are not exact to the last digit."""
 
-SOLVERS = ("skyline", "dense", "auto", "superlu")
+SOLVERS = ("skyline", "dense", "auto", "superlu", "rslab")
 
 
 def make_system(model, solver="skyline"):
     """``System`` with the given solver."""
-    system = System(model, "auto" if solver == "superlu" else solver)
-    if solver == "superlu":
-        system.solver = SuperLU(system.numbering)
+    own = {"superlu": SuperLU, "rslab": SparseLDL}.get(solver)
+    system = System(model, "auto" if own else solver)
+    if own:
+        system.solver = own(system.numbering)
     return system
 
 

@@ -77,3 +77,17 @@ def folded(**options):
     quads = [(3 * i + j, 3 * i + 3 + j, 3 * i + 4 + j, 3 * i + 1 + j)
              for i in range(4) for j in range(2)]
     return Model(np.array(nodes), np.array(quads), 0.01, 1e6, 0.25, 1.0, **options)
+
+
+def box(size, divisions, **options):
+    """A closed box with a corner at the origin, walls of (n, n) elements, normals outwards; three
+    of them meet at each corner."""
+    a, b, c = size
+    walls = (((0, 0, 0), (0, b, 0), (a, b, 0), (a, 0, 0)),
+             ((0, 0, c), (a, 0, c), (a, b, c), (0, b, c)),
+             ((0, 0, 0), (a, 0, 0), (a, 0, c), (0, 0, c)),
+             ((0, b, 0), (0, b, c), (a, b, c), (a, b, 0)),
+             ((0, 0, 0), (0, 0, c), (0, b, c), (0, b, 0)),
+             ((a, 0, 0), (a, b, 0), (a, b, c), (a, 0, c)))
+    mesh = join([block(corners, (divisions, divisions)) for corners in walls])
+    return Model(mesh.nodes, mesh.quads, **{**MATERIAL, **options})

@@ -49,7 +49,8 @@ class Mutant:
 
 
 def deviating_rows(mutant, case):
-    """How many rows of ``case`` deviate without explanation when the mutant runs it.
+    """How many rows of ``case`` deviate without explanation when the mutant runs it; 1 where the
+    solver itself ends the case with a ``StepError``.
 
     Raises:
         RuntimeError: the run broke off instead of giving verdicts.
@@ -70,5 +71,8 @@ def deviating_rows(mutant, case):
         if not output.exists():
             raise RuntimeError(f"mutant '{mutant.name}' gave no verdicts: "
                                f"{said.read_text(errors='replace').strip()}")
-        rows = json.loads(output.read_text())["cases"][0]["rows"]
-    return sum(row["verdict"] == "deviates (open)" for row in rows)
+        found = json.loads(output.read_text())["cases"][0]
+    error = found["error"] or ""
+    if error and not error.startswith("StepError"):
+        raise RuntimeError(f"mutant '{mutant.name}' ended {case}: {error}")
+    return bool(error) + sum(row["verdict"] == "deviates (open)" for row in found["rows"])

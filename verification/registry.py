@@ -10,6 +10,7 @@ from .case import KINDS, OK, Case
 from .suites import (
     benchmarks,
     dynamics,
+    exact,
     junctions,
     kernel,
     linear,
@@ -24,7 +25,7 @@ from .suites import (
 )
 
 SUITES = (patch, kernel, linear, shear, stresses, sections, nonlinear, rotations, dynamics,
-          junctions, vibration, benchmarks, mutants)
+          exact, junctions, vibration, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 

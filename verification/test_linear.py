@@ -10,9 +10,16 @@ from corovec.solver.kernels import gauss, skyline
 from corovec.solver.kernels.arguments import MASS_ONLY
 from corovec.solver.system import linear
 from corovec.solver.system.failure import SingularMatrix
-from corovec.solver.system.linear import Banded, Skyline, SuperLU, make_solver, solve_mass
+from corovec.solver.system.linear import (
+    Banded,
+    Skyline,
+    SparseLDL,
+    SuperLU,
+    make_solver,
+    solve_mass,
+)
 from corovec.solver.system.numbering import number_dofs
-from corovec.verification.helpers import assemble, full_matrix, make_system
+from corovec.verification.helpers import SOLVERS, assemble, full_matrix, make_system
 from corovec.verification.models import cross_code_plate, rectangle, warped_patch
 
 
@@ -76,7 +83,7 @@ def test_gauss_singular_is_reported():
     assert gauss.factor(np.ones((2, 2)), np.zeros(2, dtype=np.int64)) == 1
 
 
-@pytest.mark.parametrize("kind", ["skyline", "dense", "auto", "superlu"])
+@pytest.mark.parametrize("kind", SOLVERS)
 @pytest.mark.parametrize("shell", ["warped", "plate"])
 def test_real_tangents(kind, shell):
     """Solutions with the iteration matrix of a step, against LAPACK on the full matrix."""
@@ -95,7 +102,7 @@ def test_real_tangents(kind, shell):
     assert negative in (None, int(np.sum(np.linalg.eigvalsh(A) < 0.0)))
 
 
-@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU])
+@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU, SparseLDL])
 def test_indefinite_matrix_is_handled_and_told(solver_class):
     """An indefinite tangent is solved all the same, and its negative pivots are counted."""
     rng = np.random.default_rng(0)
@@ -113,7 +120,7 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     assert np.abs(residual).max() < 1e-8
 
 
-@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU])
+@pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU, SparseLDL])
 def test_singular_matrix_raises(solver_class):
     model = rectangle(1.0, 1.0, (1, 1))
     with pytest.raises(SingularMatrix):
@@ -168,3 +175,13 @@ def test_full_matrix_of_a_lower_triangle():
     assert np.count_nonzero(lower) == len(solver.values)
     assert np.array_equal(solver.matrix().toarray(), lower + np.tril(lower, -1).T)
     assert solver.matrix().has_sorted_indices
+
+
+def test_auto_takes_rslab_where_it_is_installed(monkeypatch):
+    """Of a model for which banded Cholesky would take long; SciPy alone goes on with SuperLU."""
+    model = rectangle(1.0, 1.0, (45, 45))
+    numbering = number_dofs((model.quads,), np.full(len(model.nodes), 2))
+    monkeypatch.setattr(linear, "DIRECT_LIMIT", linear.SPARSE_LIMIT)
+    assert isinstance(make_solver("auto", numbering), SparseLDL)
+    monkeypatch.setattr(linear, "rslab", lambda: None)
+    assert isinstance(make_solver("auto", numbering), SuperLU)

@@ -24,8 +24,8 @@ def test_case(case):
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("mutant", (*mutants.ELEMENT, *mutants.SCHEME, *mutants.MODES),
-                         ids=lambda m: m.name)
+@pytest.mark.parametrize("mutant", (*mutants.ELEMENT, *mutants.SCHEME, *mutants.EXACT,
+                                    *mutants.MODES), ids=lambda m: m.name)
 def test_mutants_fit_the_source(mutant):
     """The text that a mutant replaces is there, and its killers exist."""
     compile(mutant.source(), mutant.file, "exec")

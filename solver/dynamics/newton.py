@@ -270,13 +270,18 @@ class Iteration:
         if keep or self.always_made:
             self.kept.made(problem.step, problem.state, problem.place)
 
+    @staticmethod
+    def _work(residual, correction):
+        """By which an iteration is measured, Eq. (67) [J]."""
+        return abs(float(residual @ correction))
+
     def _correct(self):
         """The correction for the residual, and its work, Eq. (67)."""
         clock = time.perf_counter()
         balance = self.system.residual.balance
         correction = self.kept.solve(balance)
         self.seconds.solve += time.perf_counter() - clock
-        work = abs(float(balance @ correction))
+        work = self._work(balance, correction)
         if not math.isfinite(work):
             raise NotConverged("the residual is not finite")
         return correction, work

@@ -82,8 +82,8 @@ class Dissipation:
     the state; see the theory page of the scheme.
 
     Constant lags are those of a viscosity ``lag dt``.  Selective ones are ``c/2 D/(D + 4 A)`` with
-    the energies of an element's increment in the last step, D, and of its mean, A: of second order
-    in dt.
+    the energies of an element's increment in the last step, D, and of its mean, A: of resolved
+    motion they take energy of third order in dt.
     """
 
     def __init__(self, model, scheme):

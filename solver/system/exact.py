@@ -6,8 +6,14 @@ from ..errors import InputError
 from ..kernels import exact
 from ..kernels.arguments import spin_work
 from ..kernels.calls import Call
+from ..model.attached import GroundSpring, Spring
+from .rounding import EPS
 from .spins import Spins
 from .system import System
+
+ROUNDED = 8.0
+"""Times the rounding error of a force's parts that a residual may be which is rounding error alone
+(measured: 1 to 3)."""
 
 
 class ExactSystem(System):
@@ -34,6 +40,41 @@ class ExactSystem(System):
     def _make_kernels(self):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
+        self._stiffness, self._stiff_forces = self._stiffnesses()
+
+    def _stiffnesses(self):
+        """(n_dof,) sums of ``E h`` at displacements and ``E h a`` at rotational variables, a the
+        diagonals of the elements around, and the same times a; of springs ``k`` and ``k L``, L the
+        shell's size: forces of unit displacements and of unit strains."""
+        model, n = self.model, len(self.model.nodes)
+        corners, at = model.nodes[model.quads], model.quads.ravel()
+        a = np.linalg.norm(corners[:, 2:] - corners[:, :2], axis=2).max(axis=1)
+        sums = [np.bincount(at, np.repeat(model.youngs * model.thickness * a**k, 4), n)
+                for k in range(3)]
+        for item in model.attached:
+            if isinstance(item, Spring):
+                on, k = [item.node, item.other], item.stiffness
+            elif isinstance(item, GroundSpring):
+                on, k = item.node, max(item.stiffness)
+                sums[2][on] += item.turning
+            else:
+                continue
+            sums[0][on] += k
+            sums[1][on] += k * model.size
+        found = []
+        for of_displacement, of_turn in zip(sums, sums[1:]):
+            found.append(of_turn[self.numbering.node_of_dof])
+            found[-1][self.translations] = of_displacement[:, None]
+        return found
+
+    def at_rounding(self, state, step):
+        """Whether the residual of the last iterate, of a step from ``state``, is rounding error of
+        the forces that it consists of, of displacements and of velocities."""
+        parts = self._stiff_forces + np.abs(self.residual.applied)
+        parts += np.abs(self.nodal.dx).max() * self._stiffness
+        fastest = np.abs(state.velocity[self.translations]).max()
+        parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
+        return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
     def initial_state(self, start=None):
         """State at t = 0; accelerations take no part."""

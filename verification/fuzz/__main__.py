@@ -38,7 +38,7 @@ def fuzz(seed, minutes, tries, names, number, report):
             click.echo(once(targets[0], targets[0].prepare(Path(folder)), seed, number))
         return
     report = writable_path(report, overwrite=True) if report else None
-    warm_up()
+    warm_up(exact=True)
     end, found = time.monotonic() + 60.0 * minutes, []
     for k, target in enumerate(targets):
         share = (end - time.monotonic()) / (len(targets) - k)

@@ -1,7 +1,9 @@
 """Shells of any size, stiffness, load and step: energy is work and forces balance, or it is said
 that they do not."""
 
+import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,12 +44,16 @@ UNBALANCED = 1e-3
 """Part of the largest force that statics may leave without a word: rounding, of which a warning
 speaks from there on."""
 
+DRIFT = 1e-10
+"""Largest change of what the exact scheme conserves, relative to its largest value, beside what
+rounding of strains leaves of energies as small."""
+
 SMALL = 1e-4
 """Turn up to which a shell is linear: to 1e-2, with moments and pressure that follow it."""
 
 
 def prepare(folder):
-    warm_up()
+    warm_up(exact=True)
 
 
 def power(chance, low, high):
@@ -123,6 +129,64 @@ def moving(chance):
                     axes=chance.choice(("nodal", "nodal", "global")))
     return model, Settings(dt=dt, end_time=20 * dt, scheme=scheme,
                            newton=Newton(chance.choice(("modified", "full"))))
+
+
+def flying(chance):
+    """A free model for the scheme ``exact``, and its settings: E dt^2/(rho L^2) from 1 to 1e10,
+    loads that turn it by 1e-6 to 0.05 rad a step, a rigid motion of up to about 0.3 rad a step.
+
+    A moment is no more than a node resists: a larger one winds it up alone, for ever.
+    """
+    nodes, quads, size, _, poisson, density = sketched(chance)
+    if chance.random() < 0.4:
+        nodes = nodes + 0.05 * size * np.array([[chance.uniform(-1, 1) for _ in range(3)]
+                                                for _ in nodes])
+    thickness, dt = size * power(chance, -2.5, -0.8), power(chance, -5, 3)
+    youngs, turn = power(chance, 0, 10) * density * (size / dt)**2, power(chance, -6, -1.3)
+    seconds = dt * 2 * chance.randrange(1, 4)
+    pulse = TimeFunction((0.0, seconds / 2, seconds), (0.0, 1.0, 0.0))
+    force = turn * density * size**2 * thickness / dt**2 / 25.0
+    bending = min(1.0, 0.1 * turn * youngs * thickness**3 / (size * force))
+    given = [replace(load, moment=bending * np.array(load.moment))
+             if isinstance(load, NodalMoment) else load
+             for load in loads(chance, nodes, force, pulse)]
+    model = Model(nodes, quads, thickness, youngs, poisson, density, loads=given)
+    if chance.random() < 0.6:
+        velocity, omega = ([power(chance, -4, -0.5) * chance.gauss(0, 1) / dt for _ in range(3)]
+                           for _ in range(2))
+        v, w = rigid_velocity(model, size * np.array(velocity), omega, nodes.mean(axis=0))
+        model = replace(model, velocity=v, normal_velocity=w)
+    scheme = Scheme("exact", dissipation=chance.choice((0.0, 0.0, chance.random())),
+                    dissipates=chance.choice(("selective", "constant")))
+    return model, Settings(dt=dt, end_time=12 * dt, scheme=scheme,
+                           newton=Newton(chance.choice(("modified", "full"))))
+
+
+def attempt_exact(chance, prepared, folder):
+    model, settings = flying(chance)
+    result, _ = recorded(simulate, model, settings)
+    check_conserved(model, result)
+    return "halved" if result.history["halvings"].any() else "conserved"
+
+
+def check_conserved(model, result):
+    """Raise ``Fault`` where a free shell gains or loses what is none of its loads, or, by
+    dissipation, gains energy."""
+    history, n = result.history, len(result.history)
+    energy, work = total_energy(history), history["external_work"]
+    peak = max(energy.max(), np.abs(work).max())
+    corners = model.nodes[model.quads]
+    areas = np.linalg.norm(vector_areas(corners), axis=1)
+    stretch = float(np.sum(model.youngs * model.thickness * areas))
+    most = DRIFT + n * np.finfo(float).eps * math.sqrt(stretch / peak)
+    missed = energy - energy[0] - work + history["dissipated"]
+    off, off_balance = np.abs(missed).max() / peak, result.balance
+    if not off <= most:
+        raise Fault(f"energy and works differ by {off:.2g} of the largest, {most:.2g} are allowed")
+    if not max(off_balance.forces, off_balance.moments) <= most:
+        raise Fault(f"momenta miss their impulses by {off_balance}")
+    if np.any(np.diff(history["dissipated"]) < 0.0):
+        raise Fault("dissipation gave energy")
 
 
 def recorded(function, *arguments):
@@ -219,3 +283,5 @@ DYNAMICS = Target("dynamics", "energy is work, or a warning or an error says tha
                   prepare, attempt_dynamics)
 STATICS = Target("statics", "reactions balance the loads, small loads act linearly, or it is said",
                  prepare, attempt_statics)
+EXACT = Target("exact", "the exact scheme always gets to the end, energy is work, momenta are "
+               "impulses", prepare, attempt_exact)

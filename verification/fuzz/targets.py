@@ -4,4 +4,4 @@ from . import api, commands, files, kills, models, physics, shells
 
 TARGETS = {target.name: target for target in (
     api.TARGET, commands.TARGET, models.TARGET, shells.TARGET, files.DAMAGE, files.EDITS,
-    kills.TARGET, physics.DYNAMICS, physics.STATICS)}
+    kills.TARGET, physics.DYNAMICS, physics.EXACT, physics.STATICS)}

@@ -42,6 +42,36 @@ SCHEME = (
            '"global", choices=AXES', ("spin",)),
 )
 
+FORCE = ("        move(y_0, dy, 0.5, y)\n"
+         "        discrete.force(before, after, y, dy, p, f, g, jacobian, f_x, f_p)")
+"""Where the exact scheme takes local forces to the nodes."""
+
+EXACT = (
+    Mutant("T at the end of the step", "kernels/exact.py", FORCE,
+           "        discrete.force(after, after, y, dy, p_1, f, g, jacobian, f_x, f_p)\n"
+           "        move(y_0, dy, 0.5, y)", ("exact-conservation",)),
+    Mutant("T at the mean configuration, no discrete Jacobian", "kernels/exact.py", FORCE,
+           "        move(y_0, dy, 0.5, y)\n        discrete.measure(y, p, after)\n"
+           "        discrete.force(after, after, y, dy, p, f, g, jacobian, f_x, f_p)",
+           ("exact-conservation",)),
+    Mutant("a triple product without its cubic part", "kernels/discrete.py",
+           "dy[0], 0.25 * on_tau", "dy[0], 0.0 * on_tau",
+           ("discrete-jacobian", "exact-conservation")),
+    Mutant("strains of the end instead of their mean", "kernels/exact.py",
+           "end, start = step.strain_end + lag, step.strain_start - lag",
+           "end, start = 1.0 + 0.0 * lag, 0.0 * lag", ("exact-order",)),
+    Mutant("iterations from dt v", "dynamics/exact.py",
+           "        if problem.driven is not None:",
+           "        delta = correction = problem.dt * state.velocity\n"
+           "        if problem.driven is not None:", ("exact-conservation",)),
+    Mutant("iterations that end by works which may cancel", "dynamics/exact.py",
+           "float(np.abs(residual) @ np.abs(correction))", "abs(float(residual @ correction))",
+           ("exact-turns",)),
+    Mutant("lags of the dissipation of the wrong sign", "kernels/exact.py",
+           "end, start = step.strain_end + lag, step.strain_start - lag",
+           "end, start = step.strain_end - lag, step.strain_start + lag", ("exact-dissipation",)),
+)
+
 MODES = (
     Mutant("Coriolis forces of half their size", "modes/matrices.py", "G = 2.0 * J.T",
            "G = 1.0 * J.T", ("whirling",)),
@@ -65,6 +95,8 @@ CASES = (
          "the source with one piece of text replaced", partial(run, ELEMENT), slow=True),
     Case("mutants-scheme", "mutants", "wrong schemes are caught", "own",
          "the source with one piece of text replaced", partial(run, SCHEME), slow=True),
+    Case("mutants-exact", "mutants", "wrong exact schemes are caught", "own",
+         "the source with one piece of text replaced", partial(run, EXACT), slow=True),
     Case("mutants-modes", "mutants", "wrong modes are caught", "own",
          "the source with one piece of text replaced", partial(run, MODES), slow=True),
 )
