@@ -37,6 +37,7 @@ class Outcome:
         status: ``finished`` now, ``cached`` from an earlier campaign, or ``failed``.
         error: why it failed.
         seconds: of the process that finished it.
+        cpu: CPU time of that process for it [s].
         begun_at: the step at which that process took over.
         description: what the file says of solver, versions and machine.
     """
@@ -46,6 +47,7 @@ class Outcome:
     status: str
     error: str = ""
     seconds: float = float("nan")
+    cpu: float = float("nan")
     begun_at: int = 0
     description: dict = None
 
@@ -127,9 +129,8 @@ class Campaign:
             return None
         if contents is None:
             return None
-        stamp = contents["stamp"]
-        return Outcome(run, path, status, seconds=stamp["seconds"], begun_at=stamp["begun_at"],
-                       description=contents["description"])
+        return Outcome(run, path, status, description=contents["description"],
+                       **contents["stamp"])
 
     def _finish(self, run, data, error):
         """Outcome of a run that a worker has ended; ``data`` is its file, if that was elsewhere."""

@@ -1,4 +1,4 @@
-"""Commands ``corovec converge``, ``corovec claims`` and ``corovec calibrate``."""
+"""Commands ``corovec converge``, ``conserve``, ``claims`` and ``calibrate``."""
 
 import json
 import sys
@@ -69,6 +69,53 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
     if as_json:
         click.echo(json.dumps(reports))
     if not good:
+        sys.exit(1)
+
+
+@click.command()
+@click.argument("cases", metavar="[CASE]...", nargs=-1)
+@click.option("--size", default="quick", show_default=True,
+              help="quick (seconds of flight) or full (the paper's simulated time: hours).")
+@click.option("--jobs", type=int, help="Worker processes.  Default: one a usable core.")
+@click.option("--output", type=click.Path(file_okay=False), default="results/conservation",
+              show_default=True, help="Folder of the tables (SIZE) and of the finished runs.")
+@click.option("--json", "as_json", is_flag=True, help="Print the tables as one JSON object.")
+def conserve(cases, size, jobs, output, as_json):
+    """Which scheme conserves what in free flight, up to which time step, and at what cost.
+
+    CASEs (default: all) with the paper's scheme, the same with axes that follow the nodes, the
+    exact one without and with dissipation, the trapezoidal rule and the generalized-alpha method:
+    drifts, the largest step that is not halved, iterations, time, and how near the path is to that
+    of a small step.  Finished runs are kept and not run again; runs that fail are results.  Exit
+    status 1 if a promise of a scheme is not kept.
+
+    \b
+    Examples:
+      corovec conserve l-plate
+      corovec conserve --size full --jobs 2
+    """
+    from corovec.solver.results.files import writable_folder
+    from corovec.solver.runtime.execution import processes
+
+    from .campaign import Campaign
+    from .conservation import ConservationStudy, conservation_tables, plans
+    from .report import show_conservation
+    from .study import run_studies
+    from .tables import as_json as to_json
+    from .tables import keeps_promises, origin, write_tables
+
+    studies = [ConservationStudy(case, size) for case in dict.fromkeys(cases or plans(size))]
+    folder = writable_folder(output)
+    own = writable_folder(folder / size)
+    with Campaign(folder / "runs", processes(jobs), notify=_tell) as campaign:
+        outcomes = run_studies(studies, campaign)
+    tables, whence = conservation_tables(studies, outcomes), origin(studies, outcomes)
+    write_tables(own, tables, whence)
+    if as_json:
+        click.echo(json.dumps(to_json(tables, whence)))
+    else:
+        show_conservation(tables, own)
+    if not keeps_promises(tables["verdicts"]):
         sys.exit(1)
 
 

@@ -20,10 +20,29 @@ def show(study, tables, folder):
     _show_dissipation(tables["dissipation"])
     if study.motion:
         _show_motion(study.motion["figure"], tables["motion"], tables["symmetry"], tables["growth"])
-    _show_verdicts(tables["verdicts"], tables["runs"])
+    _show_verdicts(tables["verdicts"])
+    _show_runs(tables["runs"])
     if why := assumptions(study.definition):
         click.echo(f"Agreement is not proof: {why} (corovec list shows them).")
     click.echo(f"Tables and verdicts: {printable(folder)}\n")
+
+
+def show_conservation(tables, folder):
+    """Print the tables of a study of conservation; ``folder`` is where they were written."""
+    click.echo(f"{'case':<11} {'scheme':<18} {'dt [s]':>8} {'until [s]':>10} {'E drift':>8} "
+               f"{'L drift':>8} {'J drift':>8} {'E rise':>8} {'iterations':>10} {'halved':>7} "
+               f"{'CPU s/s':>8} {'path':>8}")
+    for row in tables["flights"].itertuples():
+        click.echo(f"{row.case:<11} {row.scheme:<18} {row.dt:>8g} {row.reached:>10.4g} "
+                   f"{row.energy_drift:>8.1e} {row.linear_momentum_drift:>8.1e} "
+                   f"{row.angular_momentum_drift:>8.1e} {row.energy_rise:>8.1e} "
+                   f"{row.iterations_per_step:>10.1f} {row.halved_share:>7.2%} "
+                   f"{row.cpu_per_second:>8.3g} {row.path_error:>8.1e}")
+    for row in tables["schemes"].itertuples():
+        click.echo(f"{row.case}, {row.scheme}: largest step held {row.largest_step:g} s"
+                   + (" (none larger tried)" if row.larger_untried else ""))
+    _show_verdicts(tables["verdicts"])
+    click.echo(f"Tables and verdicts: {printable(folder)}")
 
 
 def _show_mesh(mesh):
@@ -76,12 +95,15 @@ def _show_motion(figure, motion, symmetry, growth):
                    f"{row.rate_r_squared:.3f}, or t^{row.power:.3g}, {row.power_r_squared:.3f}")
 
 
-def _show_verdicts(verdicts, runs):
+def _show_verdicts(verdicts):
     for row in verdicts[~verdicts["verdict"].isin(OK)].itertuples():
         click.echo(f"{row.verdict}: {row.name}: {row.value:.4g}, reference {row.reference:.4g}, "
                    f"tolerance {row.tolerance:.1g}")
     counts = verdicts["verdict"].value_counts()
     click.echo("verdicts: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
+
+
+def _show_runs(runs):
     ended = runs["status"].value_counts()
     click.echo("runs: " + ", ".join(f"{count} {name}" for name, count in ended.items())
                + f", {runs['seconds'].sum():.0f} s of computing")

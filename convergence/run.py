@@ -7,7 +7,7 @@ from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 
-from corovec import InputError, Model, Settings, solver
+from corovec import InputError, Model, Settings, StepError, solver
 from corovec.benchmarks import load_case
 from corovec.solver.checks import shown
 from corovec.solver.fields import check_fields
@@ -22,6 +22,8 @@ class Run:
         model: ``Model``.
         settings: ``Settings``.
         case: name of its benchmark, if any.
+        most_halvings: more of them end it with a ``StepError``; where it comes to its end, its
+            result is what it is without, and so is its ``key``.
 
     Raises:
         InputError: no model, settings or name.
@@ -30,6 +32,7 @@ class Run:
     model: Model
     settings: Settings
     case: str | None = None
+    most_halvings: int | None = None
 
     def __post_init__(self):
         check_fields(self)
@@ -40,6 +43,19 @@ class Run:
         content = {"case": self.case, "fingerprint": fingerprint(self.model),
                    "settings": asdict(self.settings), "code": code_version()}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    def watch(self, halvings):
+        """What ``simulate`` calls after every step of a run that has had so many ``halvings``.
+
+        Raises:
+            StepError: more of them than ``most_halvings``.
+        """
+        def count(step, n_steps, row):
+            nonlocal halvings
+            halvings += int(row["halvings"])
+            if halvings > self.most_halvings:
+                raise StepError(f"given up at t = {row['time']:.6g} s, after {halvings} halvings")
+        return count
 
     @property
     def elements(self):

@@ -3,6 +3,7 @@
 The stamp holds what the solver's own file does not: how long it took, and from which step on.
 """
 
+import time
 from dataclasses import asdict
 
 import h5py
@@ -11,14 +12,19 @@ import numpy as np
 from corovec import ResultFileError, read, simulate
 from corovec.solver.runtime.provenance import fingerprint
 
-STAMP = np.dtype([("seconds", "f8"), ("begun_at", "i8")])
+STAMP = np.dtype([("seconds", "f8"), ("cpu", "f8"), ("begun_at", "i8")])
 
 
 def record(run, path):
     """Run (or finish) ``run`` into the file ``path`` and stamp it."""
-    begun_at = read(path)["step"] if path.exists() else 0
-    result = simulate(run.model, run.settings, output=path, resume=True, case=run.case)
-    stamp = np.array((result.seconds.total, begun_at), dtype=STAMP)
+    begun_at, halvings = 0, 0
+    if path.exists():
+        contents = read(path)
+        begun_at, halvings = contents["step"], int(contents["history"]["halvings"].sum())
+    clock = time.process_time()
+    watched = {} if run.most_halvings is None else {"progress": run.watch(halvings)}
+    result = simulate(run.model, run.settings, output=path, resume=True, case=run.case, **watched)
+    stamp = np.array((result.seconds.total, time.process_time() - clock, begun_at), dtype=STAMP)
     with h5py.File(path, "r+", locking=False) as file:
         file.attrs["campaign"] = stamp
 

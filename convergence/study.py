@@ -249,11 +249,11 @@ def case_model(case, elements, membrane):
 
 
 @cache
-def case_run(case, elements, membrane, dt, end_time, frames, **settings):
+def case_run(case, elements, membrane, dt, end_time, frames, most_halvings=None, **settings):
     """``Run`` of a mesh of a case, with so many frames, which are its checkpoints too."""
     every = max(1, round(end_time / dt) // frames)
     settings = Settings(dt=dt, end_time=end_time, frame_every=every, **settings)
-    return Run(case_model(case, elements, membrane), settings, case)
+    return Run(case_model(case, elements, membrane), settings, case, most_halvings)
 
 
 def run_studies(studies, campaign):

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from corovec import drift, total_energy
-from corovec.solver.dynamics.result import unloaded_row
+from corovec.solver.dynamics.result import Drift, unloaded_row
 from corovec.solver.results.files import replacing
 from corovec.solver.runtime.provenance import commit, machine, versions
 
@@ -283,11 +283,16 @@ def run_measures(outcome):
 def drifts(outcome, until=np.inf):
     """Drift of energy and momenta from unloading to ``until``; NaN for a run that failed, and for
     the momenta of a supported shell."""
-    history, model = outcome.history, outcome.run.model
+    history = outcome.history
     if history is None:
         return dict.fromkeys(DRIFTS, np.nan)
     end = np.searchsorted(history["time"], until * (1.0 + 1e-12), side="right")
-    changes = vars(drift(history[:end], model.unloaded_at, bool(model.supports)))
+    return drifts_of(history[:end], outcome.run.model)
+
+
+def drifts_of(history, model):
+    """As ``drifts``, of a history; NaN where it ends before the loads do."""
+    changes = vars(drift(history, model.unloaded_at, bool(model.supports)) or Drift(*[None] * 4))
     return {column: np.nan if changes[name] is None else changes[name]
             for column, name in DRIFTS.items()}
 

@@ -62,6 +62,25 @@ def test_finished_runs_are_not_rerun(tmp_path, computed):
     assert np.array_equal(again[0].history, first[0].history)
 
 
+@pytest.mark.filterwarnings("ignore::corovec.solver.errors.AccuracyWarning")
+def test_a_run_that_is_halved_too_often_is_given_up(tmp_path):
+    """Its file keeps what it came to; a run that stays within its limit is the one without."""
+    settings = Settings(dt=0.1, end_time=4.0, frame_every=5)
+    free = Run(PLATE, settings, "l-plate")
+    halvings = int(simulate(PLATE, settings).history["halvings"].sum())
+    assert halvings > 4
+    for limit, status in ((4, "failed"), (halvings, "finished")):
+        run = replace(free, most_halvings=limit)
+        assert run.key == free.key
+        (outcome,), _ = execute(tmp_path, [run])
+        assert outcome.status == status, limit
+        if status == "failed":  # tried again, it is given up after one step
+            reached = read(outcome.path)["step"]
+            (again,), _ = execute(tmp_path, [run])
+            assert again.status == status and read(outcome.path)["step"] <= reached + 1
+    assert same_history(outcome.path, free)
+
+
 def test_one_file_a_run_named_by_its_hash(tmp_path):
     outcomes, _ = execute(tmp_path, RUNS)
     assert sorted(os.listdir(tmp_path)) == sorted(f"{run.key}.h5" for run in RUNS)

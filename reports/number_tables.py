@@ -4,6 +4,10 @@ CASES = ("l-plate", "ruler", "hemisphere", "plates")
 METHODS = {"skyline": "skyline LDLᵀ", "dense": "dense Gauss", "auto": "production",
            "lapack-lu": "LAPACK dense LU", "banded-lu": "banded LU",
            "banded-cholesky": "banded Cholesky"}
+SCHEMES = {"paper": "quasi, global axes", "quasi": "quasi", "exact": "exact",
+           "dissipating": "exact, dissipation 0.1", "trapezoidal": "trapezoidal",
+           "generalized-alpha": "generalized-α, ρ∞ = 0.8"}
+DRIFTS = ("energy_drift", "linear_momentum_drift", "angular_momentum_drift")
 PROGRAMS = ("corovec quasi", "corovec production", "Kratos Bossak", "Kratos Newmark",
             "CalculiX HHT", "CalculiX trapezoidal")
 
@@ -54,6 +58,37 @@ def motion(snapshot):
                   f"{number(first['asymmetry'], '.1e')} at {first['until']:g} s, "
                   f"{number(last['asymmetry'], '.1e')} at {last['until']:g} s; it grows like "
                   f"t^{study['growth'][0]['power']:.2g}.")
+
+
+def schemes(snapshot):
+    """The largest step that each scheme holds, what it keeps there, and its cost beside quasi's."""
+    part, rows = snapshot["conservation"], []
+    quasi = {row["case"]: row["cpu_per_second"] for row in part["schemes"]
+             if row["scheme"] == "quasi"}
+    for row in part["schemes"]:
+        seconds, unit = row["cpu_per_second"], quasi.get(row["case"])
+        rows.append((
+            f"{row['case']}, {SCHEMES[row['scheme']]}",
+            number(row["largest_step"], ".4g") + (" or more" if row["larger_untried"] else ""),
+            number(row["of_paper"], ".4g"),
+            *(number(row[name], ".1e") for name in DRIFTS),
+            number(row["iterations_per_step"], ".1f"),
+            number(seconds / unit if seconds and unit else None, ".2f")))
+    return _table("case, scheme | largest step held [s] | of the paper's | E drift | L drift "
+                  "| J drift | iterations a step | CPU time, quasi = 1", rows,
+                  f"Measured at {_commit(part)}.")
+
+
+def paths(snapshot):
+    """Errors of the path at the same steps, scheme by scheme."""
+    part, rows = snapshot["conservation"], []
+    flights = [row for row in part["flights"] if row["path_error"] is not None]
+    for case, dt in dict.fromkeys((row["case"], row["dt"]) for row in flights):
+        of = {row["scheme"]: row["path_error"] for row in flights
+              if (row["case"], row["dt"]) == (case, dt)}
+        rows.append((f"{case}, {dt:g}", *(number(of.get(name), ".1e") for name in SCHEMES)))
+    return _table(f"case, dt [s] | {' | '.join(SCHEMES.values())}", rows,
+                  f"Measured at {_commit(part)}.")
 
 
 def times(snapshot):

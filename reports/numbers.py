@@ -19,7 +19,7 @@ import click
 from corovec.solver.errors import InputError
 
 from . import number_tables
-from .number_tables import CASES
+from .number_tables import CASES, DRIFTS
 
 ROOT = Path(__file__).parents[1]
 SNAPSHOT = "docs/numbers.json"
@@ -28,15 +28,17 @@ COMMAND = "corovec numbers FOLDER"
 
 MARKED = re.compile(r"(<!-- number: ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 TABLES = {name: getattr(number_tables, name) for name in (
-    "energies", "dissipation", "motion", "times", "ratios", "iterations", "exponents", "targets",
-    "peers")}
+    "energies", "dissipation", "motion", "schemes", "paths", "times", "ratios", "iterations",
+    "exponents", "targets", "peers")}
 TIMINGS = ("table-2", "table-4", "table-6", "table-8", "iterations", "growth", "targets")
-DRIFTS = ("energy_drift", "linear_momentum_drift", "angular_momentum_drift")
 
 COLUMNS = {
     "mesh": ("elements", "printed", "energy", "order", "order_of_printed"),
     "drift": ("until", "dt", *DRIFTS),
     "dissipation": ("dt", "rho_inf", "time", "energy_change"),
+    "schemes": ("case", "scheme", "largest_step", "of_paper", "larger_untried", *DRIFTS,
+                "iterations_per_step", "cpu_per_second"),
+    "flights": ("case", "scheme", "dt", "path_error"),
     "motion": ("dt", "point", "component", "until", "min", "max", "period", "autocorrelation"),
     "symmetry": ("dt", "until", "asymmetry"),
     "growth": ("dt", "power"),
@@ -96,14 +98,19 @@ def pages(root):
 
 
 def collect(folder):
-    """``{"convergence": {case: ...}, "timing": {name: ...}, "peers": ...}`` of what is there."""
+    """``{"convergence": {case: ...}, "timing": {name: ...}, "conservation": ..., "peers": ...}`` of
+    what is there."""
     studies = {case: folder / "convergence" / case / folder.name / "study.json" for case in CASES}
     timings = {name: folder / "timing" / name / "timing.json" for name in TIMINGS}
     peers = _read(folder / "peers.json")
+    conserved = _read(folder / "conservation" / folder.name / "study.json")
     return {"convergence": {case: _study(_read(path)) for case, path in studies.items()
                             if path.exists()},
             "timing": {name: _timing(_read(path)) for name, path in timings.items()
                        if path.exists()},
+            "conservation": {} if conserved is None else {
+                **_origin(conserved["origin"]), "schemes": _rows(conserved, "schemes"),
+                "flights": _rows(conserved, "flights")},
             "peers": {} if peers is None else {
                 **_origin(peers), "rows": _rows(peers, "rows"),
                 "speedups": _rows(peers, "speedups")}}

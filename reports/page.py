@@ -23,9 +23,19 @@ from corovec.timing.tables import TABLE_OF, TABLES
 from corovec.verification.case import CHOSEN
 from corovec.verification.registry import CASES as VERIFICATION
 
-from . import changes, figures, tables
+from . import changes, conservation, figures, tables
 from .drawings import Sources, benchmarks
-from .parts import SIZES, Lack, Results, plan, run_file, status, study_file, suite_names
+from .parts import (
+    SIZES,
+    Lack,
+    Results,
+    conservation_file,
+    plan,
+    run_file,
+    status,
+    study_file,
+    suite_names,
+)
 from .player import packed_text, player
 from .processes import context
 from .records import load, records_of
@@ -63,15 +73,17 @@ def build(size, folder, jobs=1):
     results = Results(size, folder)
     cases = _cases(partial(_case, size=size, folder=folder), jobs)
     suites = [_suite(suite, results) for suite in suite_names()]
+    schemes = _schemes(results, size, folder)
     environment = Environment(loader=PackageLoader(__package__), undefined=StrictUndefined,
                               autoescape=True, trim_blocks=True, lstrip_blocks=True)
     players = {case.name: case.player for case in cases if case.player}
     html = environment.get_template("page.html").render(
         about=_about(size, results),
-        compared=tables.compared(distinct([row for part in (*cases, *suites)
+        compared=tables.compared(distinct([row for part in (*cases, *suites, schemes)
                                            for row in part.rows])),
         standing=tables.standing([pair for case in cases for pair in case.labelled]),
-        cases=cases, suites=suites, grid=_grid(cases, suites), findings=_findings(suites),
+        cases=cases, suites=suites, schemes=schemes, grid=_grid(cases, suites, schemes),
+        findings=_findings(suites),
         verdicts=tables.VERDICTS, words=tables.WORDS, speed=_speed(results),
         parts=_parts_table(results), changes=_changes(results, folder),
         style=_text("page.css"), script=_text("player.js"),
@@ -241,6 +253,24 @@ def _made_from(drawing, sources, size, folder):
         or [f"corovec/benchmarks/{case.name}.toml"])
 
 
+def _schemes(results, size, folder):
+    """The schemes side by side: tables, drawings, verdicts and their cell; writes its figures."""
+    study, lacks = results.read("conserve")
+    rows = anchored(study["verdicts"], "conservation") if study else []
+    file = conservation_file(folder, size).relative_to(folder).as_posix()
+    drawn = [SimpleNamespace(name=drawing.name, title=drawing.title,
+                             picture=_picture(drawing, study, folder / "page" / "figures"),
+                             made_from=study and drawing.made_from(study, file))
+             for drawing in conservation.DRAWINGS]
+    named = [{**row, "name": f"{row['case']}, {row['name']}"} for row in rows]
+    return SimpleNamespace(
+        rows=rows, lacks=lacks, command=f"corovec conserve --size {size}",
+        drawings=[each for each in drawn if each.picture],
+        tables=[conservation.largest(study), conservation.flights(study)] if study else [],
+        verdicts=tables.verdict_rows("Verdicts", named, "conservation"),
+        cell=_cell("schemes", rows, lacks, "six side by side", "conservation"))
+
+
 def _suite(name, results):
     """A verification suite: its cases with their rows, and its cell."""
     report, no_report = results.read(f"verify-{name}")
@@ -273,7 +303,7 @@ def _cell(label, rows, lacks, topic="", section=None):
                 leading(giving) or f"#{section or _anchor(label)}")
 
 
-def _grid(cases, suites):
+def _grid(cases, suites, schemes):
     """Groups of cells of the first screen."""
     figure_cells = {label: claim.cell for case in cases for label, claim in case.claims.items()}
     lost = [Cell(label, "not reproducible", "curves of other authors", text,
@@ -282,7 +312,8 @@ def _grid(cases, suites):
                        *(case.timed.cell for case in cases if case.timed)],
                       key=lambda cell: cell.label)
     return [("Tables", by_table), ("Figures", [*figure_cells.values(), *lost]),
-            ("Time step, conservation, dissipation", [case.promise_cell for case in cases]),
+            ("Time step, conservation, dissipation",
+             [*(case.promise_cell for case in cases), schemes.cell]),
             ("Verification suites", [suite.cell for suite in suites])]
 
 

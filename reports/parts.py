@@ -49,7 +49,7 @@ class Part:
 
     Attributes:
         name: names its stamp and its log.
-        kind: ``verify``, ``converge``, ``claims``, ``time`` or ``run``.
+        kind: ``verify``, ``converge``, ``conserve``, ``claims``, ``time`` or ``run``.
         command: arguments of ``corovec``.
         result: the file that it writes.
         packages: on whose sources, beside the solver's and the benchmarks', the result depends.
@@ -73,7 +73,7 @@ class Part:
     @property
     def judged(self):
         """Exit status 1 of these says that a number deviates, and the result is whole."""
-        return self.kind in ("verify", "converge", "claims")
+        return self.kind in ("verify", "converge", "conserve", "claims")
 
     @property
     def code(self):
@@ -303,6 +303,10 @@ def _studies(size, folder):
                    ("converge", case, "--size", size, "--jobs", "1", "--output",
                     str(folder / "convergence")), study_file(folder, case, size),
                    (convergence, verification))
+    yield Part("conserve", "conserve",
+               ("conserve", "--size", size, "--jobs", "1", "--output",
+                str(folder / "conservation")), conservation_file(folder, size),
+               (convergence, verification))
 
 
 def _suites(size, folder):
@@ -327,6 +331,11 @@ def run_file(folder, case, elements):
 def study_file(folder, case, size):
     """Tables of a convergence study, as ``corovec converge`` writes them."""
     return folder / "convergence" / case / size / "study.json"
+
+
+def conservation_file(folder, size):
+    """Tables of the study of conservation, as ``corovec conserve`` writes them."""
+    return folder / "conservation" / size / "study.json"
 
 
 def suite_file(folder, suite):

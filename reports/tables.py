@@ -42,7 +42,7 @@ ROUNDS = ("least", "lower quartile", "median", "upper quartile", "rounds")
 WORDS = frozenset((
     "mesh", "solver", "verdict", "quantity", "note", "basis", "target", "unit", "met", "detail",
     "matrix", "case", "parameter", "value", "provenance", "source", "what", "kind", "reason",
-    "phase", "result", "moved", "part", "status", "command", "message"))
+    "phase", "result", "moved", "part", "status", "command", "message", "scheme"))
 """Heads of columns that hold words; the others hold numbers, which stand on the right."""
 
 KNOWN_BY = ("what", "target", "mesh", "parameter", "part", "quantity")

@@ -51,6 +51,7 @@ def results(tmp_path_factory):
     finish(folder, "verify-kernel", suite("kernel"))
     finish(folder, "verify-patch", {**suite("patch"), "cases": suite("patch")["cases"][1:]})
     finish(folder, "converge-l-plate", study())
+    finish(folder, "conserve", schemes())
     finish(folder, "time-table-2", timing())
     finish(folder, "converge-plates", status="failed")
     settings = Settings(dt=0.02, end_time=1.2, frame_every=1)
@@ -191,7 +192,7 @@ def test_every_row_is_counted_once(html):
     assert counts["the paper"] == {"deviates (open)": 1, "deviates (explained)": 1, "match": 1,
                                    "within tolerance": ratios}
     own = counts["closed forms and finer results of our own"]
-    assert own == {"match": 3, "within tolerance": 2}
+    assert own == {"match": 4, "within tolerance": 2}
     assert counts["what wrong or weaker variants must give"] == {"bound met": 1}
     said = re.search('<ul class="standing">(.*?)<p class="sum">', html, re.DOTALL)[1]
     for text in ("of energy and momenta: 3: Figure 3 (3)",
@@ -239,6 +240,48 @@ def test_cells_lead_to_the_row_that_gave_their_verdict(html):
         verdict, target = cell(html, label)
         row = re.search(rf'<tr id="{target[1:]}">(.*?)</tr>', html)[1]
         assert f">{verdict}<" in row, label
+
+
+def schemes(**paths):
+    """A study of conservation: a flight of the exact scheme, and one that quasi lost."""
+    flight = {"case": "l-plate", "elements": 30, "scheme": "exact", "dt": 0.02, "end_time": 4.0,
+              "reached": 4.0, "holds": True, "error": "", "energy_drift": 1.25e-13,
+              "linear_momentum_drift": 1e-15, "angular_momentum_drift": 1e-14,
+              "energy_change": 0.0, "energy_rise": 0.0, "iterations_per_step": 9.0, "halvings": 0,
+              "halved_share": 0.0, "cpu_per_second": 0.1, "path_error": paths.get("exact")}
+    lost = {**flight, "scheme": "quasi", "reached": 1.5, "holds": False, "energy_drift": 2.5e-5,
+            "cpu_per_second": None, "path_error": None}
+    largest = {**flight, "largest_step": 0.02, "of_paper": 200.0, "larger_untried": True}
+    none = {**dict.fromkeys(largest), "case": "l-plate", "scheme": "quasi", "larger_untried": False}
+    drift = {"case": "l-plate", "dt": 0.02}
+    return {"flights": [flight, lost], "schemes": [largest, none],
+            "energy": [{**drift, "scheme": name, "time": time, "energy_drift": value}
+                       for name, value in (("exact", 0.0), ("quasi", 1e-5)) for time in (1.0, 2.0)],
+            "verdicts": [{**DEVIATING, "case": "l-plate", "name": "exact: energy",
+                          "kind": "analytic", "verdict": "match"}],
+            "origin": {"commit": "new", "size": SIZE, **WRITTEN}}
+
+
+def test_schemes_side_by_side(html):
+    """Flights and what is held, the picture of what there are numbers for, verdicts."""
+    assert cell(html, "schemes") == ("match", "#conservation-1")
+    section = html.partition('<section id="conservation">')[2].partition("</section>")[0]
+    for text in ("0.0200+", "1.2e-13", "1.500 of 4", "L-plate: dt = 0.02 s",
+                 "l-plate, exact: energy", "figures/energy-drift.svg",
+                 f"conservation/{SIZE}/study.json"):
+        assert text in section, text
+    assert "work-precision" not in section
+
+
+def test_paths_are_drawn_where_they_are_compared(tmp_path):
+    drawn = tmp_path / "page" / "figures" / "work-precision.csv"
+    drawn.parent.mkdir(parents=True)
+    for contents in (schemes(exact=1e-3), schemes()):
+        finish(tmp_path, "conserve", contents)
+        shown = page._schemes(Results(SIZE, tmp_path), SIZE, tmp_path)
+        compared = contents["flights"][0]["path_error"] is not None
+        assert drawn.exists() == compared == ("work-precision" in [
+            drawing.name for drawing in shown.drawings])
 
 
 def test_a_finding_says_what_lacks_of_its_evidence(html):
@@ -338,6 +381,7 @@ def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     ("run-ruler-120", [solver, benchmarks], [verification]),
     ("converge-ruler", [solver, benchmarks, convergence, verification], [timing_package]),
     ("claims-ruler", [solver, benchmarks, convergence, verification], [timing_package]),
+    ("conserve", [solver, benchmarks, convergence, verification], [timing_package]),
     ("time-table-4", [solver, benchmarks, timing_package, verification], [convergence]),
     ("verify-patch", [solver, benchmarks, verification], [convergence])])
 def test_stamps_see_code_and_data(tmp_path, monkeypatch, name, data, others):
