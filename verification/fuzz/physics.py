@@ -33,6 +33,7 @@ from corovec import (
 )
 from corovec.solver.dynamics.balance import END_SHARE, RUN_SHARE
 from corovec.solver.model.mesh import vector_areas
+from corovec.solver.system.system import ROUNDOFF
 
 from .campaign import Fault, Target
 
@@ -178,7 +179,7 @@ def check_conserved(model, result):
     corners = model.nodes[model.quads]
     areas = np.linalg.norm(vector_areas(corners), axis=1)
     stretch = float(np.sum(model.youngs * model.thickness * areas))
-    most = DRIFT + n * np.finfo(float).eps * math.sqrt(stretch / peak)
+    most = DRIFT + n * ROUNDOFF * math.sqrt(stretch / peak)
     missed = energy - energy[0] - work + history["dissipated"]
     off, off_balance = np.abs(missed).max() / peak, result.balance
     if not off <= most:
