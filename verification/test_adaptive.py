@@ -14,6 +14,7 @@ from corovec import (
     simulate,
 )
 from corovec.benchmarks import load_case
+from corovec.solver.dynamics.stepping import Stepper
 from corovec.verification.fuzz.kills import assert_same_bits
 from corovec.verification.models import cross_code_plate
 
@@ -68,6 +69,18 @@ def test_points_of_functions_of_time_are_ends_of_parts():
     result = simulate(model, Settings(0.05, 0.2, SCHEMES["exact"], error=1e-3))
     momentum = result.history["linear_momentum"][-1]
     assert np.allclose(momentum, (0.0, 0.0, 5.0 * pulse.integral(1.0)), rtol=1e-13, atol=1e-15)
+
+
+def test_parts_of_whole_steps_are_equal_to_the_last_bit(monkeypatch):
+    """A length rounded otherwise, as t + dt - t is, would not find the matrix that is kept."""
+    lengths, advance = set(), Stepper.advance
+
+    def told(self, state, place, time, dt, *others):
+        lengths.add(dt)
+        advance(self, state, place, time, dt, *others)
+    monkeypatch.setattr(Stepper, "advance", told)
+    run(1e-5)
+    assert lengths <= {0.04 / 2**k for k in range(11)}
 
 
 @pytest.mark.parametrize(("kind", "held"), [("load", False), ("drive", True)])

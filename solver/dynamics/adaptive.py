@@ -35,14 +35,11 @@ order."""
 
 
 class Adaptive:
-    """Divides the steps of a run.
-
-    Attributes:
-        model: ``Model``.
-    """
+    """Divides the steps of a run."""
 
     def __init__(self, stepper, settings, model):
-        """``stepper``: ``Stepper``; ``settings``: ``Settings``, whose ``error`` is not zero."""
+        """``stepper``: ``Stepper``; ``settings``: ``Settings``, whose ``error`` is not zero;
+        ``model``: ``Model``."""
         self._stepper, self._allowed, self._told = stepper, settings.error, False
         self._size, self._start = model.size, stepper.system.translations
         self._weights = model.nodal_mass / model.nodal_mass.sum()
@@ -57,10 +54,12 @@ class Adaptive:
         of ``Stepper.advance``."""
         inside = self._kinks[(self._kinks > time + 1e-9 * dt)
                              & (self._kinks < time + (1.0 - 1e-9) * dt)]
-        ends = np.array([time, *inside, time + dt])
+        starts = [time, *inside.tolist()]
+        # dt itself where it is whole: a length rounded anew would not find the matrix that is kept
+        lengths = np.diff([*starts, time + dt]).tolist() if len(inside) else [dt]
         record.parts = 0
-        for start, end in zip(ends[:-1], ends[1:]):
-            self._segment(state, place, float(start), float(end - start), record)
+        for start, length in zip(starts, lengths, strict=True):
+            self._segment(state, place, start, length, record)
 
     def _segment(self, state, place, start, length, record):
         """The parts of a segment."""
