@@ -160,6 +160,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         for name in ("scheme", "dissipation", "error"):
             if not _given(name):
                 options[name] = getattr(definition.dynamic, name)
+                words[name] = f"{name} of {path}"
         settings = _settings(options, definition.dynamic, words)
     with _in_other_words({**words, "membrane": "--membrane"}), _in_file(path):
         steps = ReadySteps(definition, elements, settings, membrane)
@@ -260,7 +261,8 @@ def _words(options, path):
 def _settings(options, defaults, words):
     """``Settings`` of the options of a command; those without a value are of ``defaults``.
 
-    ``words``: what those of ``Settings`` itself are called in errors.
+    ``words``: what those of ``Settings`` itself, and others that are no options, are called in
+    errors.
     """
     from .dynamics.settings import Settings
 
@@ -268,7 +270,7 @@ def _settings(options, defaults, words):
         values = {field.name: made(field.type) if is_dataclass(field.type) else value(field)
                   for field in fields(kind)}
         called_here = words if kind is Settings else {
-            field.name: _option(called(field)) for field in fields(kind)}
+            field.name: words.get(field.name, _option(called(field))) for field in fields(kind)}
         with _in_other_words(called_here):
             return kind(**values)
 

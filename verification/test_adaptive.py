@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from corovec import (
+    Drive,
+    Harmonic,
     InputError,
     NodalLoad,
     Scheme,
@@ -12,6 +14,7 @@ from corovec import (
     simulate,
 )
 from corovec.benchmarks import load_case
+from corovec.solver.dynamics.stepping import Stepper
 from corovec.verification.fuzz.kills import assert_same_bits
 from corovec.verification.models import cross_code_plate
 
@@ -66,6 +69,32 @@ def test_points_of_functions_of_time_are_ends_of_parts():
     result = simulate(model, Settings(0.05, 0.2, SCHEMES["exact"], error=1e-3))
     momentum = result.history["linear_momentum"][-1]
     assert np.allclose(momentum, (0.0, 0.0, 5.0 * pulse.integral(1.0)), rtol=1e-13, atol=1e-15)
+
+
+def test_parts_of_whole_steps_are_equal_to_the_last_bit(monkeypatch):
+    """A length rounded otherwise, as t + dt - t is, would not find the matrix that is kept."""
+    lengths, advance = set(), Stepper.advance
+
+    def told(self, state, place, time, dt, *others):
+        lengths.add(dt)
+        advance(self, state, place, time, dt, *others)
+    monkeypatch.setattr(Stepper, "advance", told)
+    run(1e-5, dt=0.05)  # no points within steps
+    assert lengths <= {0.05 / 2**k for k in range(11)}
+
+
+@pytest.mark.parametrize(("kind", "held"), [("load", False), ("drive", True)])
+def test_functions_of_time_without_points_are_seen(kind, held):
+    """Of a period that divides the parts the motion would begin with: they would see none of it,
+    and find no error."""
+    model, shake = cross_code_plate(1), Harmonic(80.0, 1.0)
+    if held:
+        model = model.under([], [Drive((0, 1), translation=(0.0, 0.0, 1e-3), history=shake)])
+    else:
+        model = model.under([NodalLoad(0, (0.0, 0.0, 5.0), shake)], [])
+    seen, whole = (simulate(model, Settings(dt, 0.1, SCHEMES["exact"], error=error))
+                   .total_energy[-1] for dt, error in ((0.1, 1e-4), (2e-4, 0.0)))
+    assert 0.3 * whole < seen < 3.0 * whole
 
 
 @pytest.mark.parametrize("scheme", list(SCHEMES))

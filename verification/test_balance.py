@@ -8,6 +8,7 @@ import pytest
 
 from corovec import (
     AccuracyWarning,
+    Damping,
     Model,
     Newton,
     NodalLoad,
@@ -181,6 +182,24 @@ def test_a_balance_that_is_somewhat_off_is_told(monkeypatch):
     wrong_work(monkeypatch, 0.95)
     with pytest.warns(AccuracyWarning, match="take a smaller dt"):
         simulate(turned(1.0, 0.05, 1e6, 1.0, 1.0, 0.2, 1), Settings(dt=0.02, end_time=1.0))
+
+
+def test_a_shell_at_rest_is_not_told_to_take_shorter_steps():
+    """What moves it in the exact scheme are rounded strains: of those it is told, no dt helps."""
+    plate = rectangle(2.0, 1.0, (4, 2))
+    model = Model(plate.nodes, plate.quads, 0.02, 1e8, 0.3, 1000.0)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        simulate(model, Settings(5e-3, 0.5, Scheme("exact")))
+    assert not [one for one in told if "smaller dt" in str(one.message)]
+
+
+def test_strong_damping_ends_where_rounding_does():
+    """Damping of the strains, 1e7 times as stiff as the shell in a step, strengthens what rounding
+    leaves of them as much: the work that ends an iteration of the exact scheme is higher."""
+    model = replace(turned(1.0, 0.05, 1e6, 1.0, 1e-3, 0.2, 2), damping=Damping(stiffness=1e4))
+    result = simulate(model, Settings(1e-3, 0.02, Scheme("exact")))
+    assert not result.history["halvings"].any()
 
 
 @pytest.mark.parametrize(("scheme", "missed", "wrong"), [

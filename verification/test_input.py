@@ -402,6 +402,7 @@ def test_bad_settings(options, message):
     (Scheme, {"transformation": "end"}, "transformation 'end' is unknown"),
     (Scheme, {"axes": "body"}, "axes 'body' is unknown, must be one of: nodal, global"),
     (Scheme, {"name": "newmark", "rho_inf": 0.5}, "belong to the scheme quasi"),
+    (Scheme, {"dissipates": "constant"}, "dissipates belongs to the scheme exact; quasi has none"),
     (Newton, {"kind": "broyden"}, "kind 'broyden' is unknown, must be one of: modified, full"),
     (Newton, {"tolerance": 0.0}, "tolerance must lie in"),
     (Newton, {"min_iterations": 0}, "min_iterations must lie in"),

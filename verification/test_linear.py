@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
+from scipy.sparse import csc_array
 
 from corovec import InputError
 from corovec.solver.dynamics.scheme import Scheme
@@ -118,6 +119,13 @@ def test_indefinite_matrix_is_handled_and_told(solver_class):
     assert solver.factor() == np.sum(np.linalg.eigvalsh(A) < 0.0) == 1
     residual = A @ solver.solve(b) - b
     assert np.abs(residual).max() < 1e-8
+
+
+def test_a_pivot_off_the_diagonal_is_refused():
+    """SuperLU takes one where that on the diagonal is zero; the signs of its pivots would tell
+    nothing of the eigenvalues, here 1 and -1."""
+    with pytest.raises(SingularMatrix, match="zero"):
+        linear.diagonal_lu(csc_array([[0.0, 1.0], [1.0, 0.0]]))
 
 
 @pytest.mark.parametrize("solver_class", [Skyline, Banded, SuperLU, SparseLDL])

@@ -313,6 +313,8 @@ LOAD = '[[loads]]\nname = "a"\n'
     ("[[supports]]\nfix = 'pinned'\nwhere = { x = 7.0 }", "supports[0]: no nodes at x = 7"),
     ("[groups]\nmiddle = { thickness = 0.1 }", "groups.middle: group 'middle' is unknown"),
     ("[[steps]]\nkind = 'modal'", "steps[0]: "),
+    ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\nscheme = 'exact'\ndissipation = true",
+     "steps[0].dynamic.dissipation: must be a number, is True"),
     ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\n[[steps]]\nkind = 'static'",
      "steps: one static, one dynamic, or a static and a dynamic one are possible"),
     ("[[steps]]\nkind = 'static'\nloads = ['a']", "steps[0].loads: 'a' is unknown, there is none"),
@@ -378,6 +380,9 @@ loads = ["hit"]
     said = in_process("run", str(path), "--rho-inf", "2", "--output", str(output)).stderr
     assert "--rho-inf" in said and not list(tmp_path.glob("*.h5"))
     assert "loads[1].history: " in in_process("run", str(path)).stderr
+    path.write_text(path.read_text() + "scheme = 'exact'\ndissipation = 0.1\n")
+    said = in_process("run", str(path), "--scheme", "quasi").stderr
+    assert f"dissipation of {path} belongs to the scheme exact" in said, "no option was given"
 
 
 def test_a_copy_with_other_values_forgets_what_was_cached(made):

@@ -4,8 +4,9 @@ A step of the history is divided where functions of time have points, and each o
 into 2^k equal parts: a power of two, so that matrices serve long and rows end where they should.
 The error of a part of length h, mean velocities u of it and of the two before, is that of the
 midpoint rule, ``h^3/12 x'''`` with x''' from divided differences of u; a part whose error is
-larger than asked for is taken back.  Each part is a step of the scheme: what it conserves, it
-conserves.
+larger than asked for is taken back.  A function of time without points would not be seen by parts
+as long as its period, or as the pause before a pulse: it is sampled at the shortest parts, and may
+change but little within one.  Each part is a step of the scheme: what it conserves, it conserves.
 """
 
 import math
@@ -21,25 +22,31 @@ FINEST = 10
 FIRST = 3
 """So that the first one is divided into 2^3, before there is an error."""
 
+SEEN = 0.25
+"""Part of its range by which a function of time without points may change within a part: a
+twelfth of a period of a sine."""
+
+SAMPLES = 2**14
+"""Times of a run at which the range of such a function is taken."""
+
 EASY = 1.0 / 16.0
 """Part of the error asked for below which the next part is twice as long; the error is of third
 order."""
 
 
 class Adaptive:
-    """Divides the steps of a run.
-
-    Attributes:
-        model: ``Model``.
-    """
+    """Divides the steps of a run."""
 
     def __init__(self, stepper, settings, model):
-        """``stepper``: ``Stepper``; ``settings``: ``Settings``, whose ``error`` is not zero."""
+        """``stepper``: ``Stepper``; ``settings``: ``Settings``, whose ``error`` is not zero;
+        ``model``: ``Model``."""
         self._stepper, self._allowed, self._told = stepper, settings.error, False
         self._size, self._start = model.size, stepper.system.translations
         self._weights = model.nodal_mass / model.nodal_mass.sum()
         self._kinks = np.array(sorted({time for history in histories_of(model)
                                        for time in getattr(history, "times", ())}))
+        self._smooth = [history for history in histories_of(model) if not hasattr(history, "times")]
+        self._ranges = np.ptp(self._values(0.0, settings.end_time, SAMPLES), axis=1)
         self._before = stepper.system.coordinates.blank_state(model)
 
     def advance(self, state, place, time, dt, record):
@@ -47,20 +54,27 @@ class Adaptive:
         of ``Stepper.advance``."""
         inside = self._kinks[(self._kinks > time + 1e-9 * dt)
                              & (self._kinks < time + (1.0 - 1e-9) * dt)]
-        ends = np.array([time, *inside, time + dt])
+        starts = [time, *inside.tolist()]
+        # dt itself where it is whole: a length rounded anew would not find the matrix that is kept
+        lengths = np.diff([*starts, time + dt]).tolist() if len(inside) else [dt]
         record.parts = 0
-        for start, end in zip(ends[:-1], ends[1:]):
-            self._segment(state, place, float(start), float(end - start), record)
+        for start, length in zip(starts, lengths, strict=True):
+            self._segment(state, place, start, length, record)
 
     def _segment(self, state, place, start, length, record):
         """The parts of a segment."""
         whole = 2**FINEST
+        values = self._values(start, length, whole)
         level = FIRST
         if state.part > 0.0:
             level = min(max(math.ceil(math.log2(length / state.part) - 1e-9), 0), FINEST)
         done = 0
         while done < whole:
             parts = whole >> level
+            if level < FINEST and np.any(np.ptp(values[:, done:done + parts], axis=1)
+                                         > SEEN * self._ranges):
+                level += 1
+                continue
             h = length * (parts / whole)
             own = StepRecord()
             self._before.take(state)
@@ -85,6 +99,11 @@ class Adaptive:
             if error < EASY * self._allowed and level and done % (2 * parts) == 0:
                 level -= 1
                 state.part = 2.0 * h
+
+    def _values(self, start, length, n):
+        """(functions, n) values of the functions without points, in the middle of n equal parts."""
+        times = start + length * ((np.arange(n) + 0.5) / n)
+        return np.array([history(times) for history in self._smooth]).reshape(-1, n)
 
     def _error(self, state, u, h):
         """Error of a part [sizes of the shell], whose mean velocity (n_nodes, 3) is ``u`` and goes

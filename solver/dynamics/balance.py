@@ -79,7 +79,7 @@ def review(scheme, history, roundoff):
     if peak > 0.0:
         judge(math.sqrt(roundoff / peak) / PESSIMISM, f"the energy is {peak:.1g} J at most, that "
               f"of rounded strains {roundoff:.1g} J")
-    if wrong[worst] > RUN_SHARE * peak:
+    if wrong[worst] > RUN_SHARE * peak + ROUNDOFFS * roundoff:
         warn(f"at t = {history['time'][worst]:.6g} s the energy of the shell has changed by "
              f"{energy[worst] - energy[0]:.4g} J, the loads did {work[worst]:.4g} J of work: "
              "take a smaller dt", AccuracyWarning)

@@ -27,7 +27,8 @@ nothing)."""
 
 FLOOR = 1.0 / 64.0
 """Part of the work of rounded strains at which the iteration ends (measured: a larger one leaves a
-drift ten times that of rounding, a smaller one is not reached)."""
+drift ten times that of rounding, a smaller one is not reached); stiffness damping multiplies that
+work by twice its weight of the strains at the end."""
 
 GIVEN_UP = 3
 """Steps one after another in which kept matrices failed, from which they are not tried any more,
@@ -93,7 +94,7 @@ class ExactIteration(Iteration):
         """
         system, kept = self.system, self.kept
         observed, state = problem.place.observed, problem.state
-        floor = FLOOR * system.roundoff_work(observed.kinetic)
+        floor = FLOOR * system.roundoff_work(observed.kinetic) * 2.0 * problem.step.strain_end
         delta = correction = system.coordinates.predict(
             system.nodal_mass, state, problem.place, problem.dt, system.floating,
             again and bool(state.acceleration.any()))

@@ -59,6 +59,8 @@ class Scheme:
         if self.dissipation and not self.exact:
             raise InputError(f"dissipation belongs to the scheme exact; {self.name} has "
                              + ("rho_inf" if self.name == "quasi" else "none"))
+        if self.dissipates != "selective" and not self.exact:
+            raise InputError(f"dissipates belongs to the scheme exact; {self.name} has none")
         if not 0.0 <= self.rho_inf <= 1.0:
             raise InputError(f"rho_inf must lie in [0, 1], is {self.rho_inf:g}")
 

@@ -32,10 +32,11 @@ class Newton:
 
     kind: str = setting("A factorization serves many iterations and steps, or a new one each time "
                         "(the paper's).", "modified", choices=NEWTON, option="newton")
-    tolerance: float = setting("Work ratio cc at which an iteration ends (the paper's); see the "
-                               "documentation on Newton.", 1e-6)
-    min_iterations: int = setting("Fewest iterations of a step of full.", 3)
-    max_iterations: int = setting("Iterations after which a step is halved.", 20)
+    tolerance: float = setting("Work ratio cc at which an iteration ends (the paper's); exact goes "
+                               "to rounding error. See the documentation on Newton.", 1e-6)
+    min_iterations: int = setting("Fewest iterations of a step of full, but of exact.", 3)
+    max_iterations: int = setting("Iterations after which a step is halved; twice as many of "
+                                  "exact.", 20)
 
     def __post_init__(self):
         check_fields(self)
@@ -79,10 +80,10 @@ class Settings:
     scheme: Scheme = setting("How a step is integrated.", Scheme())
     newton: Newton = setting("How its equations are solved.", Newton())
     solver: str = setting("The linear solver; auto takes the fastest by the work expected, the "
-                          "skyline, a banded Cholesky or a sparse LU (SuperLU), and results name "
-                          "the one that ran.", "auto", choices=SOLVERS)
-    frame_every: int = setting("Steps between two frames (and checkpoints); 0 for about "
-                               f"{DEFAULT_FRAMES} frames a run.", 0)
+                          "skyline, a banded Cholesky, RSLAB or SuperLU, and results name the one "
+                          "that ran.", "auto", choices=SOLVERS)
+    frame_every: int = setting(f"Steps between two frames; 0 for about {DEFAULT_FRAMES} frames a "
+                               "run.", 0)
     stresses: bool = setting("Record stresses with every frame.", False)
     error: float = setting("Error of a step, in sizes of the shell, beyond which it is divided "
                            "into shorter ones; dt is then the longest. 0: steps of dt.", 0.0)

@@ -156,8 +156,8 @@ class Dynamic(Strict):
     end_time: Positive
     loads: list[Name] | None = None
     scheme: Literal[SCHEMES] = "quasi"
-    dissipation: float = 0.0
-    error: float = 0.0
+    dissipation: Number = 0.0
+    error: Number = 0.0
 
     @model_validator(mode="after")
     def _possible(self):

@@ -419,7 +419,9 @@ def diagonal_lu(matrix):
         SingularMatrix: a pivot is zero.
     """
     factor = _superlu(matrix, threshold=0.0)
-    return factor, _negative_pivots(factor)
+    if not np.array_equal(factor.perm_r, factor.perm_c):
+        raise SingularMatrix("a pivot of the sparse factorization is zero")
+    return factor, int(np.sum(factor.U.diagonal() < 0.0))
 
 
 def _superlu(matrix, threshold=0.01):
@@ -430,8 +432,3 @@ def _superlu(matrix, threshold=0.01):
                     options={"SymmetricMode": True})
     except RuntimeError as error:
         raise SingularMatrix(str(error)) from None
-
-
-def _negative_pivots(factor):
-    """Negative diagonal entries of U: the inertia as far as pivots stayed on the diagonal."""
-    return int(np.sum(factor.U.diagonal() < 0.0))

@@ -164,7 +164,10 @@ def flying(chance):
 
 
 def attempt_exact(chance, prepared, folder):
-    model, settings = flying(chance)
+    try:
+        model, settings = flying(chance)
+    except InputError:  # its folds make no shell
+        return "refused"
     result, _ = recorded(simulate, model, settings)
     check_conserved(model, result)
     return "halved" if result.history["halvings"].any() else "conserved"
