@@ -14,6 +14,7 @@ from ..kernels import centrifugal, couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
 from ..model.loads import Centrifugal, Gravity, NodalLoad, NodalMoment, Pressure
+from ..model.mesh import boundary
 from ..names import listed
 from .state import State
 
@@ -69,11 +70,11 @@ class FollowerPressure:
 
     Attributes:
         cells: (n, 4) nodes of the elements that bear one.
-        exact: whether their work in a step is that of the enclosed volume.
+        exact: whether their work in a step is that of the enclosed volume, of a closed surface in
+            the exact scheme.
     """
 
     def __init__(self, model, exact=False):
-        self.exact = exact
         patterns = {}
         for load in model.loads:
             if isinstance(load, Pressure):
@@ -84,6 +85,7 @@ class FollowerPressure:
         for pattern in patterns.values():
             loaded |= pattern != 0.0
         self.cells = np.ascontiguousarray(model.quads[loaded])
+        self.exact = exact and loaded.any() and not len(boundary(self.cells))
         self._patterns = {history: pattern[loaded] for history, pattern in patterns.items()}
 
     def at(self, value):

@@ -88,9 +88,10 @@ def table(folder):
         corovec.layer_stresses: {"model": LAYERED, "section": 0, "state": corovec.Configuration(
             np.zeros((6, 3)), PLATE.normals)},
         Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3, "max_iterations": 20},
-        Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal"},
+        Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal",
+                 "dissipation": 0.0, "dissipates": "selective"},
         Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
-                    "solver": "auto", "frame_every": 0, "stresses": False},
+                    "solver": "auto", "frame_every": 0, "stresses": False, "error": 0.0},
         StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,
                           "fast_iterations": 6, "max_divisions": 12, "stresses": False},
         NodalLoad: {"node": 0, "force": UP, "history": PUSH},
