@@ -36,6 +36,8 @@ class Run:
 
     def __post_init__(self):
         check_fields(self)
+        if self.most_halvings is not None and self.most_halvings < 0:
+            raise InputError(f"most_halvings must not be negative, is {self.most_halvings}")
 
     @cached_property
     def key(self):

@@ -17,7 +17,7 @@ from corovec.benchmarks import load_case
 from corovec.convergence.study import printed_results
 from corovec.convergence.verdicts import assumptions
 from corovec.solver.results.files import replacing
-from corovec.solver.runtime.execution import complete, processes
+from corovec.solver.runtime.execution import complete, processes_of
 from corovec.solver.runtime.provenance import commit, machine, usable_cores, versions
 from corovec.timing.tables import TABLE_OF, TABLES
 from corovec.verification.case import CHOSEN
@@ -98,7 +98,7 @@ def build(size, folder, jobs=1):
 def _cases(case, jobs):
     """``case(name)`` of all cases."""
     names, made = list(benchmarks()), {}
-    for name, shown, error in complete(processes(jobs, context()), case, names):
+    for name, shown, error in complete(processes_of(context(), jobs), case, names):
         if error is not None:
             raise error
         made[name] = shown

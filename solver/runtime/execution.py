@@ -39,19 +39,23 @@ class Workers(NamedTuple):
     shared_disk: bool = True
 
 
-def processes(jobs=None, context=None):
+def processes(jobs=None):
     """Worker processes of this machine; ``jobs`` of them, by default one a usable core.
 
-    Without a ``multiprocessing`` context they are spawned, for forked children and threaded
-    libraries do not go together; one task waits for the first that is free.  A single job is done
-    by this process: to start another takes longer than many a task.
+    They are spawned, for forked children and threaded libraries do not go together; one task waits
+    for the first that is free.  A single job is done by this process: to start another takes longer
+    than many a task.
     """
+    return processes_of(multiprocessing.get_context("spawn"), jobs)
+
+
+def processes_of(context, jobs=None):
+    """The same of a ``multiprocessing`` context."""
     jobs = usable_cores() if jobs is None else integer("jobs", jobs)
     if jobs < 1:
         raise InputError(f"jobs must be at least 1, is {jobs}")
     if jobs == 1:
         return Workers(_Here, 1)
-    context = context or multiprocessing.get_context("spawn")
     return Workers(lambda: ProcessPoolExecutor(jobs, context, _begin), jobs + 1)
 
 
