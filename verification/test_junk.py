@@ -89,8 +89,8 @@ FITS = {
                    "alpha1", "alpha2", "unloaded_at", "scale", "load_factor", "amplitude",
                    "phase", "mean", "factor")),
     *((name, "float") for name in (
-        "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "dt",
-        "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
+        "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "error",
+        "dt", "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
         "turning", "E1", "E2", "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
     *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
