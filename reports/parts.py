@@ -36,7 +36,7 @@ SOURCES = (".py", ".toml", ".json")
 """Files of a package on which results depend: code, and the data that it reads."""
 
 LONGEST = ("verify-mutants", "converge-hemisphere", "converge-plates", "run-plates-432",
-           "verify-rotations", "verify-nonlinear")
+           "conserve", "verify-rotations", "verify-nonlinear")
 """Parts that are begun before the others, the longest first, so that none is waited for at last."""
 
 LEFT_OUT = {"quick": ("verify-mutants", "time-growth")}
