@@ -185,14 +185,14 @@ def run_many(items: list[Annotated[Run, as_run]], executor: Annotated[Executor, 
 
 
 @cache
-def _warm_up():
-    """Kernels are compiled or loaded once a process."""
-    return warm_up()
+def _warm_up(exact):
+    """Kernels are compiled or loaded once a process, those of the exact scheme where it runs."""
+    return warm_up(exact)
 
 
 def _compute(run, probes, start):
     """In a worker: the result of a run."""
-    _warm_up()
+    _warm_up(run.settings.scheme.exact)
     return simulate(run.model, run.settings, probes=probes, start=start)
 
 
@@ -201,7 +201,7 @@ def _record(task):
     run, path, code = task
     if code != code_version():
         raise InputError(f"the worker runs corovec {code_version()}, the campaign {code}")
-    _warm_up()
+    _warm_up(run.settings.scheme.exact)
     if path is not None:
         return record(run, path)
     with tempfile.TemporaryDirectory() as folder:

@@ -362,7 +362,19 @@ def _summary(history, unloaded_at, supported):
         "iterations_per_step": float(iterations.mean()) if len(iterations) else 0.0,
         "switches": int(history["switches"].sum()),
         "halvings": int(history["halvings"].sum()),
-        "indefinite_tangents": _indefinite(history)}
+        "indefinite_tangents": _indefinite(history),
+        **_parts(history)}
+
+
+def _parts(history):
+    """What is said of steps that chose themselves, nothing of others."""
+    rows = history[1:]
+    if not (rows["parts"] > 1).any() and not rows["rejected"].any():
+        return {}
+    parts = int(rows["parts"].sum())
+    return {"parts": parts, "parts_rejected": int(rows["rejected"].sum()),
+            "iterations_per_part": float(rows["iterations"].sum() / parts),
+            "largest_local_error": float(rows["local_error"].max())}
 
 
 def _static_summary(history):
