@@ -204,7 +204,7 @@ from corovec.convergence import Campaign, Run, processes
 from corovec import Settings
 from corovec.benchmarks import load_case
 if __name__ == "__main__":
-    run = Run(load_case("l-plate").model(30), Settings(dt=1e-3, end_time=2.0, frame_every=50))
+    run = Run(load_case("l-plate").model(30), Settings(dt=1e-3, end_time=6.0, frame_every=50))
     with Campaign("runs", processes(2)) as campaign:
         print(run.key, flush=True)
         campaign.run([run])
@@ -225,8 +225,8 @@ def test_killed_campaign_leaves_no_process_and_resumes(tmp_path):
     time.sleep(0.5)
     reached = steps_in(path)
     time.sleep(0.5)
-    assert 300 <= steps_in(path) == reached < 2000
-    run = Run(PLATE, Settings(dt=1e-3, end_time=2.0, frame_every=50))
+    assert 300 <= steps_in(path) == reached < 6000
+    run = Run(PLATE, Settings(dt=1e-3, end_time=6.0, frame_every=50))
     (outcome,), notices = execute(path.parent, [run])
     assert not notices and outcome.begun_at == reached
     assert same_history(path, run)
