@@ -250,7 +250,7 @@ def case_model(case, elements, membrane):
 
 @cache
 def case_run(case, elements, membrane, dt, end_time, frames, most_halvings=None, **settings):
-    """``Run`` of a mesh of a case, with so many frames, which are its checkpoints too."""
+    """``Run`` of a mesh of a case, with so many frames."""
     every = max(1, round(end_time / dt) // frames)
     settings = Settings(dt=dt, end_time=end_time, frame_every=every, **settings)
     return Run(case_model(case, elements, membrane), settings, case, most_halvings)

@@ -41,7 +41,7 @@ class Adaptive:
         """``stepper``: ``Stepper``; ``settings``: ``Settings``, whose ``error`` is not zero;
         ``model``: ``Model``."""
         self._stepper, self._allowed, self._told = stepper, settings.error, False
-        self._size, self._start = model.size, stepper.system.translations
+        self._size = model.size
         self._weights = model.nodal_mass / model.nodal_mass.sum()
         self._kinks = np.array(sorted({time for history in histories_of(model)
                                        for time in getattr(history, "times", ())}))

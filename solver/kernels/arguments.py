@@ -276,14 +276,17 @@ class NodalWork(NamedTuple):
     ends_p: np.ndarray
 
 
+def _vectors(n):
+    """(n, 3) zeros."""
+    return np.zeros((n, 3))
+
+
 def nodal_work(n_nodes, n_directors):
     """``NodalWork`` of zeros."""
-    def vectors(n):
-        return np.zeros((n, 3))
     return NodalWork(
-        vectors(n_nodes), vectors(n_directors), vectors(n_directors),
-        np.zeros((n_directors, 3, 3)), vectors(n_nodes), vectors(n_directors), vectors(n_nodes),
-        vectors(n_directors), vectors(n_directors), np.zeros((2, n_directors, 3)))
+        _vectors(n_nodes), _vectors(n_directors), _vectors(n_directors),
+        np.zeros((n_directors, 3, 3)), _vectors(n_nodes), _vectors(n_directors), _vectors(n_nodes),
+        _vectors(n_directors), _vectors(n_directors), np.zeros((2, n_directors, 3)))
 
 
 class SpinWork(NamedTuple):
@@ -314,11 +317,9 @@ class SpinWork(NamedTuple):
 
 def spin_work(n_nodes, n_directors):
     """``SpinWork`` of zeros."""
-    def vectors(n):
-        return np.zeros((n, 3))
-    return SpinWork(vectors(n_nodes), vectors(n_directors), vectors(n_directors),
-                    np.zeros((n_directors, 3, 3)), vectors(n_nodes), vectors(n_nodes),
-                    vectors(n_directors), vectors(n_nodes), np.zeros((n_nodes, 3, 3)))
+    return SpinWork(_vectors(n_nodes), _vectors(n_directors), _vectors(n_directors),
+                    np.zeros((n_directors, 3, 3)), _vectors(n_nodes), _vectors(n_nodes),
+                    _vectors(n_directors), _vectors(n_nodes), np.zeros((n_nodes, 3, 3)))
 
 
 class Observation(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 from .jit import internal, kernel
 from .pressure import relative_positions
 from .storage import add_cell
-from .vectors import cross, dot
+from .vectors import adjugate, cross, dot
 
 
 class Couple(NamedTuple):
@@ -66,7 +66,7 @@ def _place(d, quad, moment, nodes, motion, delta, weight, p, A1, y, couple):
 
 @internal
 def _invert(r, inertia, inverse):
-    """Inverse of ``sum |r|^2 1 - r r^T``: its rows are cross products over the determinant."""
+    """Inverse of ``sum |r|^2 1 - r r^T``."""
     for a in range(3):
         for b in range(3):
             inertia[a, b] = 0.0
@@ -74,9 +74,7 @@ def _invert(r, inertia, inverse):
                 inertia[a, b] -= r[i, a] * r[i, b]
                 if a == b:
                     inertia[a, b] += dot(r[i], r[i])
-    for a in range(3):
-        cross(inertia[(a + 1) % 3], inertia[(a + 2) % 3], inverse[a])
-    determinant = dot(inertia[0], inverse[0])
+    determinant = adjugate(inertia, inverse)
     for a in range(3):
         for b in range(3):
             inverse[a, b] /= determinant

@@ -21,6 +21,7 @@ import numpy as np
 
 from .jit import internal, kernel
 from .lanes import new
+from .vectors import cross, dot
 
 
 class Invariants(NamedTuple):
@@ -78,36 +79,24 @@ def force_work():
 
 
 @kernel
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@kernel
-def _cross(a, b, c):
-    c[0] = a[1] * b[2] - a[2] * b[1]
-    c[1] = a[2] * b[0] - a[0] * b[2]
-    c[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
 def measure(y, p, end):
     """Fill ``Invariants`` from relative positions ``y`` (3, 3) and normals ``p`` (4, 3)."""
     s, z, v, n, q = end
     for c in range(3):
         v[0, c], v[1, c] = y[1, c], y[2, c] - y[0, c]
-    _cross(v[0], v[1], n)
-    l_1, l_2 = math.sqrt(_dot(v[0], v[0])), math.sqrt(_dot(v[1], v[1]))
-    w_12 = _dot(v[0], v[1])
+    cross(v[0], v[1], n)
+    l_1, l_2 = math.sqrt(dot(v[0], v[0])), math.sqrt(dot(v[1], v[1]))
+    w_12 = dot(v[0], v[1])
     g = w_12 / l_1
     cosine = g / l_2
     two_a, two_b = math.sqrt(2.0 - 2.0 * cosine), math.sqrt(2.0 + 2.0 * cosine)
-    D = math.sqrt(_dot(n, n))
+    D = math.sqrt(dot(n, n))
     q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[8] = l_1, l_2, g, cosine, two_a, two_b, D, w_12
-    q[7] = _dot(n, y[0]) / D
+    q[7] = dot(n, y[0]) / D
     r_1, r_2, r_a, r_b = 1.0 / l_1, 1.0 / l_2, 1.0 / two_a, 1.0 / two_b
     for k in range(7):
         w = y[k] if k < 3 else p[k - 3]
-        s_1, s_2 = _dot(v[0], w) * r_1, _dot(v[1], w) * r_2
+        s_1, s_2 = dot(v[0], w) * r_1, dot(v[1], w) * r_2
         s[k, 0], s[k, 1] = s_1, s_2
         z[k, 0], z[k, 1] = (s_1 - s_2) * r_a, (s_1 + s_2) * r_b
 
@@ -201,7 +190,7 @@ def _height_force(q_0, q_1, y, dy, f_Z, work):
         on_v[0, c] += on_D * (w_22 * v[0, c] - w_12 * v[1, c])
         on_v[1, c] += on_D * (w_11 * v[1, c] - w_12 * v[0, c])
     for one, two, on in ((v[1], y[0], on_v[0]), (y[0], v[0], on_v[1]), (v[0], v[1], on_y[0])):
-        _cross(one, two, d)
+        cross(one, two, d)
         for c in range(3):
             on[c] += on_tau * d[c]
     triple_remainder(v, dv, y[0], dy[0], 0.25 * on_tau, work.a, work.b, d, on_v, on_y[0])
@@ -219,15 +208,15 @@ def triple_remainder(v, dv, y, dy, on, a, b, n, on_v, on_y):
     th, m, part = b[0], b[1], b[2]
     a_1, a_2 = a[0], a[1]
     turn(v, dv, n, th)
-    _cross(th, v[0], a_1)
-    _cross(th, v[1], a_2)
+    cross(th, v[0], a_1)
+    cross(th, v[1], a_2)
     for c in range(3):
         m[c] = 0.0 * on
-    _cross(dv[1], dy, part)
+    cross(dv[1], dy, part)
     add_rest(on, part, v[0], on_v[0], m)
-    _cross(dy, a_1, part)
+    cross(dy, a_1, part)
     add_rest(on, part, v[1], on_v[1], m)
-    _cross(a_1, a_2, part)
+    cross(a_1, a_2, part)
     add_rest(on, part, y, on_y, m)
     turn_transposed(v, n, m, on_v[0], on_v[1])
 
@@ -249,9 +238,9 @@ def add_rest(on, coefficient, at, force, m):
 def turn(v, dv, n, th):
     """An estimate ``th = G dv`` of the rotation of two vectors v (2, 3) by their increments, exact
     for a rigid one; ``n = v_1 x v_2``."""
-    _cross(v[0], v[1], n)
-    nn = _dot(n, n)
-    along_1, along_2 = _dot(n, dv[0]) / nn, _dot(n, dv[1]) / nn
+    cross(v[0], v[1], n)
+    nn = dot(n, n)
+    along_1, along_2 = dot(n, dv[0]) / nn, dot(n, dv[1]) / nn
     about = 0.5 * (_across(n, v[0], dv[0]) + _across(n, v[1], dv[1])) / nn
     for c in range(3):
         th[c] = v[0, c] * along_2 - v[1, c] * along_1 + n[c] * about
@@ -261,16 +250,16 @@ def turn(v, dv, n, th):
 def _across(n, v, d):
     """``(n x v) . d / |v|^2``"""
     return ((n[1] * v[2] - n[2] * v[1]) * d[0] + (n[2] * v[0] - n[0] * v[2]) * d[1]
-            + (n[0] * v[1] - n[1] * v[0]) * d[2]) / _dot(v, v)
+            + (n[0] * v[1] - n[1] * v[0]) * d[2]) / dot(v, v)
 
 
 @kernel
 def turn_transposed(v, n, m, on_1, on_2):
     """``G^T m`` of ``turn``, added to the forces on v_1 and v_2."""
-    nn = _dot(n, n)
-    along_1, along_2 = _dot(v[1], m) / nn, _dot(v[0], m) / nn
-    about = 0.5 * _dot(n, m) / nn
-    about_1, about_2 = about / _dot(v[0], v[0]), about / _dot(v[1], v[1])
+    nn = dot(n, n)
+    along_1, along_2 = dot(v[1], m) / nn, dot(v[0], m) / nn
+    about = 0.5 * dot(n, m) / nn
+    about_1, about_2 = about / dot(v[0], v[0]), about / dot(v[1], v[1])
     for c in range(3):
         d, e = (c + 1) % 3, (c + 2) % 3
         on_1[c] += about_1 * (n[d] * v[0, e] - n[e] * v[0, d]) - along_1 * n[c]

@@ -19,7 +19,7 @@ rank-3 correction, and so is the tangent of Eq. (63).  Everything is evaluated i
 import math
 from typing import NamedTuple
 
-from .jit import kernel
+from .jit import internal, kernel
 
 
 class Diagonals(NamedTuple):
@@ -38,6 +38,17 @@ class Diagonals(NamedTuple):
     b: float
     L13: float
     L24: float
+
+
+@internal
+def corners(quad, motion, y):
+    """Nodes 2, 3, 4 of a ``quad`` relative to node 1, ``y`` (3, 3), from compensated positions."""
+    first = quad[0]
+    for k in range(3):
+        node = quad[k + 1]
+        for c in range(3):
+            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
+                       + (motion.x_low[node, c] - motion.x_low[first, c]))
 
 
 @kernel

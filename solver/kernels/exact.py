@@ -10,7 +10,10 @@ import numpy as np
 from . import discrete, element
 from .arguments import DONE
 from .assembly import (
+    add_inertial_forces,
+    add_mass,
     add_vertices,
+    average_strains,
     gather_derivatives,
     gather_increments,
     gather_positions,
@@ -23,7 +26,7 @@ from .assembly import (
 )
 from .jit import internal, kernel
 from .lanes import WIDTH, lanes, new, pair
-from .spins import advance, basis, curvature, inertia_of, moment_across
+from .spins import advance, basis, moment_across, nodal_matrix
 from .tangent import tangent, tangent_work
 from .vectors import dot
 
@@ -73,41 +76,6 @@ def step_exact(elements, dofs, inertia, motion, start, step, lags, delta, loads,
 
 
 @internal
-def _mean_strains(step, lag, b_0, e_0, t_0, b, e, t):
-    """(t, b, e) at the end <- their means, Eq. (70), with damping and dissipation."""
-    end, start = step.strain_end + lag, step.strain_start - lag
-    for k in range(3):
-        for c in range(3):
-            t[k, c] = 0.5 * (t[k, c] + t_0[k, c])
-    for k in range(11):
-        b[k] = end * b[k] + start * b_0[k]
-    for s in range(e.shape[0]):
-        e[s] = end * e[s] + start * e_0[s]
-
-
-@internal
-def _inertial_forces(mass, a_x, f_x):
-    """``f_i += m_ij x_ddot_j``"""
-    for i in range(4):
-        for c in range(3):
-            f_x[i, c] += (mass[i, 0] * a_x[0, c] + mass[i, 1] * a_x[1, c]
-                          + mass[i, 2] * a_x[2, c] + mass[i, 3] * a_x[3, c])
-
-
-@internal
-def _add_mass(stiffness_factor, mass_factor, mass, n_rot, ke):
-    """``ke <- stiffness_factor ke + mass_factor m``, m of the translations."""
-    for i in range(4):
-        for j in range(i + 1):
-            for r in range(3 + n_rot[i]):
-                for k in range(3 + n_rot[j]):
-                    ke[6 * i + r, 6 * j + k] *= stiffness_factor
-            m_ij = mass_factor * mass[i, j]
-            for c in range(3):
-                ke[6 * i + c, 6 * j + c] += m_ij
-
-
-@internal
 def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tangent, values, work):
     """Internal and inertial forces of all elements, and their matrices."""
     n_s = elements.l.shape[1]
@@ -149,7 +117,7 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
         discrete.local_variables(after, y0, r0, t, b)
         element.membrane_strains(l, Q, t, e)
         element.couple_measures(coupling, b, 1.0, e)
-        _mean_strains(step, lag[0], b_0, e_0, t_0, b, e, t)
+        average_strains(step, lag[0], t_0, b_0, e_0, t, b, e)
         element.local_forces(l, Q, k_b, t, b, e, B, f, g)
         element.couple_forces(coupling, e, g)
 
@@ -157,7 +125,7 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
         move(y_0, dy, 0.5, y)
         discrete.force(before, after, y, dy, p, f, g, jacobian, f_x, f_p)
         gather_vertices(work.inertial_x, nodes, a_x_)
-        _inertial_forces(mass, a_x, f_x)
+        add_inertial_forces(mass, a_x, f_x)
         add_vertices(1.0, f_x_, nodes, work.force_x)
         add_vertices(1.0, f_p_, directors, work.force_p)
 
@@ -167,8 +135,8 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
             diagonals = element.frame(y, R)
             element.rotated_positions(R, y, p, yl, r)
             tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, rotations, matrices, ke)
-            _add_mass(2.0 * step.stiffness * (step.strain_end + lag[0]), step.mass, mass, rotations,
-                      ke)
+            add_mass(2.0 * step.stiffness * (step.strain_end + lag[0]), step.mass, mass, rotations,
+                     ke)
             for v in range(count):
                 scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
 
@@ -203,13 +171,11 @@ def _add_nodes(dofs, inertia, storage, frames, step, work, values):
     """Second derivative of the normals and their inertia."""
     start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
     fixed, diagonal, stride = dofs.fixed, storage.diagonal, storage.stride
-    H, J = np.empty((3, 3)), np.empty((3, 3))
+    k_n = np.empty((3, 3))
     for i in range(start.shape[0]):
-        curvature(dofs.nodes, i, frames[i], work.p_mid, work.force_p, H)
-        inertia_of(dofs.nodes, i, inertia, frames[i], work.p_mid, J)
+        nodal_matrix(dofs.nodes, i, inertia, frames[i], work, step, k_n)
         for k in range(n_rot[i]):
             row = start[i] + 3 + k
             for l in range(k + 1):
                 if l == k or not (fixed[row] or fixed[row - k + l]):
-                    values[diagonal[row] - stride * (k - l)] += (step.stiffness * H[k, l]
-                                                                 + step.delta * J[k, l])
+                    values[diagonal[row] - stride * (k - l)] += k_n[k, l]

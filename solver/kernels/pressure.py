@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .discrete import add_rest, turn, turn_transposed
+from .element import corners
 from .jit import internal, kernel
 from .storage import add_cell
 from .vectors import cross
@@ -97,13 +98,12 @@ def pressure_stiffness(y, pressure, k):
 @internal
 def relative_positions(quad, nodes, motion, delta, weight, y):
     """Nodes 2..4 relative to node 1 of an element, ``weight`` of the increment on."""
-    first = quad[0]
+    corners(quad, motion, y)
+    first = nodes.start[quad[0]]
     for k in range(3):
-        node = quad[k + 1]
+        at = nodes.start[quad[k + 1]]
         for c in range(3):
-            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
-                       + (motion.x_low[node, c] - motion.x_low[first, c])
-                       + weight * (delta[nodes.start[node] + c] - delta[nodes.start[first] + c]))
+            y[k, c] += weight * (delta[at + c] - delta[first + c])
 
 
 @kernel

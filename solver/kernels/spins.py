@@ -17,7 +17,7 @@ import numpy as np
 from .arguments import DONE
 from .jit import inlined, internal, kernel
 from .updates import move_nodes
-from .vectors import cross, dot, orthonormal
+from .vectors import adjugate, cross, dot, orthonormal
 
 LARGEST_TURN = 1.5
 """Cayley vector of a step beyond which it is not sound."""
@@ -47,33 +47,59 @@ def turned(th, a, C_a):
     C_a[2] = a[2] + part * (z + 0.5 * (th[0] * y - th[1] * x))
 
 
-@internal
-def vector(frame, n_rot, components, first, v):
-    """``v = sum components[first + k] b_k``"""
-    if n_rot == 2:
-        one, two = components[first], components[first + 1]
-        for c in range(3):
-            v[c] = one * frame[1, c] - two * frame[0, c]
-    else:
-        for c in range(3):
-            v[c] = (components[first] * frame[0, c] + components[first + 1] * frame[1, c]
-                    + components[first + 2] * frame[2, c])
+@inlined
+def vector(frames, i, n_rot, components, first, v):
+    """``v = sum components[first + k] b_k`` of node i."""
+    one, two = components[first], components[first + 1]
+    for c in range(3):
+        if n_rot == 2:
+            v[c] = one * frames[i, 1, c] - two * frames[i, 0, c]
+        else:
+            v[c] = (one * frames[i, 0, c] + two * frames[i, 1, c]
+                    + components[first + 2] * frames[i, 2, c])
+
+
+@inlined
+def turn_frame(frames, i, th, ends, j):
+    """``ends[j] = C frames[i]``, row by row; slices of them would take longer."""
+    part = 1.0 / (1.0 + 0.25 * dot(th, th))
+    for row in range(3):
+        a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
+        x, y, z = th[1] * c - th[2] * b, th[2] * a - th[0] * c, th[0] * b - th[1] * a
+        ends[j, row, 0] = a + part * (x + 0.5 * (th[1] * z - th[2] * y))
+        ends[j, row, 1] = b + part * (y + 0.5 * (th[2] * x - th[0] * z))
+        ends[j, row, 2] = c + part * (z + 0.5 * (th[0] * y - th[1] * x))
+
+
+@inlined
+def swing(frames, i, n_rot, p, A1, d):
+    """Derivatives ``b_k x p`` of a director of node i, into ``A1[d]``."""
+    for k in range(n_rot):
+        row, sign = (k, 1.0) if n_rot == 3 else ((1, 1.0) if k == 0 else (0, -1.0))
+        a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
+        A1[d, 0, k] = sign * (b * p[2] - c * p[1])
+        A1[d, 1, k] = sign * (c * p[0] - a * p[2])
+        A1[d, 2, k] = sign * (a * p[1] - b * p[0])
+
+
+@inlined
+def director(frames, i, body, d, p):
+    """``p = sum body_dk t_k`` of node i."""
+    for c in range(3):
+        p[c] = (body[d, 0] * frames[i, 0, c] + body[d, 1] * frames[i, 1, c]
+                + body[d, 2] * frames[i, 2, c])
 
 
 @kernel
 def place(nodes, frames, p, A1):
     """Directors of all nodes, and their derivatives ``b_k x p``."""
-    b, column = np.empty(3), np.empty(3)
+    own = np.empty(3)
     for i in range(frames.shape[0]):
         for d in range(nodes.first[i], nodes.first[i + 1]):
+            director(frames, i, nodes.body, d, own)
+            swing(frames, i, nodes.n_rot[i], own, A1, d)
             for c in range(3):
-                p[d, c] = (nodes.body[d, 0] * frames[i, 0, c] + nodes.body[d, 1] * frames[i, 1, c]
-                           + nodes.body[d, 2] * frames[i, 2, c])
-            for k in range(nodes.n_rot[i]):
-                basis(frames[i], nodes.n_rot[i], k, b)
-                cross(b, p[d], column)
-                for c in range(3):
-                    A1[d, c, k] = column[c]
+                p[d, c] = own[c]
 
 
 @kernel
@@ -103,58 +129,26 @@ def advance(nodes, inertia, motion, start, step, delta, work):
         for c in range(3):
             work.dx[i, c] = delta[at + c]
             work.inertial_x[i, c] = step.delta * delta[at + c] - step.velocity * velocity[at + c]
-            th[c], w_0[c] = _along_basis(frames, i, n_rot[i], delta, velocity, at + 3, c)
             rate[i, c] = 0.0
-        square = dot(th, th)
-        if not square <= LARGEST_TURN**2:
+        vector(frames, i, n_rot[i], delta, at + 3, th)
+        vector(frames, i, n_rot[i], velocity, at + 3, w_0)
+        if not dot(th, th) <= LARGEST_TURN**2:
             return i
-        part = 1.0 / (1.0 + 0.25 * square)
         turned(th, w_0, w_1)
-        for row in range(3):
-            a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
-            x, y, z = th[1] * c - th[2] * b, th[2] * a - th[0] * c, th[0] * b - th[1] * a
-            ends[i, row, 0] = a + part * (x + 0.5 * (th[1] * z - th[2] * y))
-            ends[i, row, 1] = b + part * (y + 0.5 * (th[2] * x - th[0] * z))
-            ends[i, row, 2] = c + part * (z + 0.5 * (th[0] * y - th[1] * x))
+        turn_frame(frames, i, th, ends, i)
         for c in range(3):
             w_1[c] = step.velocity * th[c] - w_1[c]
         for d in range(first[i], first[i + 1]):
+            director(ends, i, body, d, p_1)
             for c in range(3):
                 p_0[c] = p_start[d, c]
-                p_1[c] = (body[d, 0] * ends[i, 0, c] + body[d, 1] * ends[i, 1, c]
-                          + body[d, 2] * ends[i, 2, c])
                 p_end[d, c] = p_1[c]
             along_0, along_1, factor = dot(p_0, w_0), dot(p_1, w_1), step.rate_delta * inertia[d]
             for c in range(3):
                 rate[i, c] += factor * ((w_1[c] - along_1 * p_1[c]) - (w_0[c] - along_0 * p_0[c]))
                 p_0[c] = p_mid[d, c] = 0.5 * (p_0[c] + p_1[c])
-            if n_rot[i] == 2:
-                _swing(frames, i, 1, 1.0, p_0, A1, d, 0)
-                _swing(frames, i, 0, -1.0, p_0, A1, d, 1)
-            else:
-                for k in range(3):
-                    _swing(frames, i, k, 1.0, p_0, A1, d, k)
+            swing(frames, i, n_rot[i], p_0, A1, d)
     return DONE
-
-
-@inlined
-def _along_basis(frames, i, n_rot, one, two, at, c):
-    """Component c of ``sum one[at + k] b_k`` and of the same of ``two``."""
-    if n_rot == 2:
-        return (one[at] * frames[i, 1, c] - one[at + 1] * frames[i, 0, c],
-                two[at] * frames[i, 1, c] - two[at + 1] * frames[i, 0, c])
-    x, y, z = frames[i, 0, c], frames[i, 1, c], frames[i, 2, c]
-    return (one[at] * x + one[at + 1] * y + one[at + 2] * z,
-            two[at] * x + two[at + 1] * y + two[at + 2] * z)
-
-
-@inlined
-def _swing(frames, i, row, sign, p, A1, d, k):
-    """Column k of A1: ``sign t x p``."""
-    a, b, c = frames[i, row, 0], frames[i, row, 1], frames[i, row, 2]
-    A1[d, 0, k] = sign * (b * p[2] - c * p[1])
-    A1[d, 1, k] = sign * (c * p[0] - a * p[2])
-    A1[d, 2, k] = sign * (a * p[1] - b * p[0])
 
 
 @internal
@@ -168,37 +162,24 @@ def moment_across(nodes, i, p, moments, m):
 
 
 @internal
-def curvature(nodes, i, frame, p, forces, H):
-    """Symmetric part of the derivative of ``b_k . (p x f)``: ``(b_k . f)(b_l . p)`` and
-    ``-(b_k . b_l)(p . f)``, over the directors of node i."""
-    n, b_k, b_l = nodes.n_rot[i], np.empty(3), np.empty(3)
+def nodal_matrix(nodes, i, inertia, frame, work, step, k_n):
+    """What node i adds to the matrix of a step, ``k_n`` (n_rot, n_rot): of the symmetric part of
+    the derivative of ``b_k . (p x f)``, ``(b_k . f)(b_l . p) - (b_k . b_l)(p . f)``, and of ``b_k .
+    J b_l`` with ``J = sum I_d (1 - p p^T)``, over its directors."""
+    n, b_k, b_l, p, forces = nodes.n_rot[i], np.empty(3), np.empty(3), work.p_mid, work.force_p
     for k in range(n):
         basis(frame, n, k, b_k)
         for l in range(k + 1):
             basis(frame, n, l, b_l)
-            entry = 0.0
+            bent, heavy = 0.0, 0.0
             for d in range(nodes.first[i], nodes.first[i + 1]):
-                entry += 0.5 * (dot(b_k, forces[d]) * dot(b_l, p[d])
-                                + dot(b_l, forces[d]) * dot(b_k, p[d]))
+                p_k, p_l = dot(b_k, p[d]), dot(b_l, p[d])
+                bent += 0.5 * (dot(b_k, forces[d]) * p_l + dot(b_l, forces[d]) * p_k)
+                heavy -= inertia[d] * p_k * p_l
                 if k == l:
-                    entry -= dot(p[d], forces[d])
-            H[k, l] = H[l, k] = entry
-
-
-@internal
-def inertia_of(nodes, i, inertia, frame, p, J):
-    """``b_k . J b_l`` with ``J = sum I_d (1 - p p^T)``."""
-    n, b_k, b_l = nodes.n_rot[i], np.empty(3), np.empty(3)
-    for k in range(n):
-        basis(frame, n, k, b_k)
-        for l in range(k + 1):
-            basis(frame, n, l, b_l)
-            entry = 0.0
-            for d in range(nodes.first[i], nodes.first[i + 1]):
-                entry -= inertia[d] * dot(b_k, p[d]) * dot(b_l, p[d])
-                if k == l:
-                    entry += inertia[d]
-            J[k, l] = J[l, k] = entry
+                    bent -= dot(p[d], forces[d])
+                    heavy += inertia[d]
+            k_n[k, l] = k_n[l, k] = step.stiffness * bent + step.delta * heavy
 
 
 @kernel
@@ -208,13 +189,13 @@ def accept(nodes, end, delta, motion):
     ``end`` are the ``EndFactors``.  Frames are made orthonormal to the last bit.
     """
     move_nodes(nodes.start, delta, motion.x, motion.x_low)
-    th, new, frame = np.empty(3), np.empty(3), np.empty((3, 3))
+    th, new, frame = np.empty(3), np.empty((1, 3, 3)), np.empty((3, 3))
     for i in range(nodes.start.shape[0]):
-        vector(motion.chart[i], nodes.n_rot[i], delta, nodes.start[i] + 3, th)
+        vector(motion.chart, i, nodes.n_rot[i], delta, nodes.start[i] + 3, th)
+        turn_frame(motion.chart, i, th, new, 0)
         for row in range(3):
-            turned(th, motion.chart[i, row], new)
             for c in range(3):
-                frame[(row + 2) % 3, c] = new[c]  # t_3 comes second: it keeps its direction
+                frame[(row + 2) % 3, c] = new[0, row, c]  # t_3 comes second: it keeps its direction
         orthonormal(frame)
         for row in range(3):
             for c in range(3):
@@ -249,8 +230,7 @@ def _rigid(mass, motion, momentum, angular, centre, v, w):
     cross(centre, momentum, arm)
     for a in range(3):
         arm[a] = angular[a] - arm[a]
-        cross(inertia[(a + 1) % 3], inertia[(a + 2) % 3], inverse[a])
-    determinant = dot(inertia[0], inverse[0])
+    determinant = adjugate(inertia, inverse)
     for a in range(3):
         w[a] = dot(inverse[a], arm) / determinant
     return determinant > 0.0

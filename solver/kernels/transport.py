@@ -19,18 +19,6 @@ from .junctions import frame_of, spins
 
 
 @internal
-def _axes(i, quads, corner, x, x_low, y, frame):
-    """Axes (rows) of an element beside node i."""
-    quad = quads[corner[i]]
-    first = quad[0]
-    for k in range(3):
-        node = quad[k + 1]
-        for c in range(3):
-            y[k, c] = (x[node, c] - x[first, c]) + (x_low[node, c] - x_low[first, c])
-    element.frame(y, frame)
-
-
-@internal
 def _bases(i, nodes, chart, p, A1, e, rates, variables):
     """Maps from rates of the variables of node i to those of the normal or to the spin (columns of
     ``rates``), and back (rows of ``variables``)."""
@@ -58,7 +46,8 @@ def keep(nodes, quads, motion, start, turning):
     """Element axes and rates A_0 of a factorization, into ``turning``."""
     y, variables = np.empty((3, 3)), np.empty((3, 3))
     for i in range(turning.corner.shape[0]):
-        _axes(i, quads, turning.corner, motion.x, motion.x_low, y, turning.frames[i])
+        element.corners(quads[turning.corner[i]], motion, y)
+        element.frame(y, turning.frames[i])
         _bases(i, nodes, motion.chart, start.p, start.A1, y, turning.rates[i], variables)
 
 
@@ -72,23 +61,20 @@ def carry(nodes, quads, motion, start, turning):
             _unit(turning.Q[i])
             _unit(turning.J[i])
             continue
-        _axes(i, quads, turning.corner, motion.x, motion.x_low, y, frame)
+        element.corners(quads[turning.corner[i]], motion, y)
+        element.frame(y, frame)
         _bases(i, nodes, motion.chart, start.p, start.A1, y, unused, variables)
         _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], turning.Q[i],
               turning.J[i])
 
 
 @internal
-def _step_axes(i, quads, corner, motion, dx, part, y, frame):
-    """``_axes`` where a part of a step's displacements dx is done."""
-    quad = quads[corner[i]]
-    first = quad[0]
+def _step_axes(quad, motion, dx, part, y, frame):
+    """Axes (rows) of an element where a part of a step's displacements dx is done."""
+    element.corners(quad, motion, y)
     for k in range(3):
-        node = quad[k + 1]
         for c in range(3):
-            y[k, c] = ((motion.x[node, c] - motion.x[first, c])
-                       + (motion.x_low[node, c] - motion.x_low[first, c])
-                       + part * (dx[node, c] - dx[first, c]))
+            y[k, c] += part * (dx[quad[k + 1], c] - dx[quad[0], c])
     element.frame(y, frame)
 
 
@@ -116,7 +102,7 @@ def keep_step(nodes, quads, motion, work, turning):
     """``keep`` at the middle of the step that ``work``, a ``SpinWork``, is of."""
     y, unused = np.empty((3, 3)), np.empty((3, 3))
     for i in range(turning.corner.shape[0]):
-        _step_axes(i, quads, turning.corner, motion, work.dx, 0.5, y, turning.frames[i])
+        _step_axes(quads[turning.corner[i]], motion, work.dx, 0.5, y, turning.frames[i])
         _spin_bases(i, nodes, motion.chart, work, turning.rates[i], y, unused)
 
 
@@ -135,9 +121,9 @@ def carry_step(nodes, quads, motion, work, turning):
             continue
         n_rot = nodes.n_rot[i]
         _spin_bases(i, nodes, motion.chart, work, unused, of_forces, of_corrections)
-        _step_axes(i, quads, corner, motion, work.dx, 0.5, y, frame)
+        _step_axes(quads[corner[i]], motion, work.dx, 0.5, y, frame)
         _turn(frame, frames[i], rates[i], of_forces, n_rot, Q_forces[i], J_forces[i])
-        _step_axes(i, quads, corner, motion, work.dx, 1.0, y, frame)
+        _step_axes(quads[corner[i]], motion, work.dx, 1.0, y, frame)
         _turn(frame, frames[i], rates[i], of_corrections, n_rot, Q[i], J[i])
 
 

@@ -1,4 +1,4 @@
-"""Vectors of three numbers."""
+"""Vectors of three numbers, or of three lanes."""
 
 import math
 
@@ -17,6 +17,14 @@ def cross(a, b, c):
     c[0] = a[1] * b[2] - a[2] * b[1]
     c[1] = a[2] * b[0] - a[0] * b[2]
     c[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@internal
+def adjugate(matrix, result):
+    """Inverse of a symmetric (3, 3) matrix times its determinant, which is returned."""
+    for a in range(3):
+        cross(matrix[(a + 1) % 3], matrix[(a + 2) % 3], result[a])
+    return dot(matrix[0], result[0])
 
 
 @internal

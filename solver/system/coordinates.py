@@ -117,13 +117,18 @@ class Charts:
         Raises:
             NotConverged: a normal leaves its chart.
         """
-        if not self.inside(state, start, step, delta, work):
-            raise NotConverged("a normal leaves the chart of its variables")
+        node = self._lost(state, start, step, np.ascontiguousarray(delta, dtype=float), work)
+        if node != DONE:
+            raise NotConverged(self.lost(node))
 
     def inside(self, state, start, step, delta, work):
         """Whether every normal is still in its chart at the end of the increment ``delta``."""
         delta = np.ascontiguousarray(delta, dtype=float)
-        return self._advance(self.nodes, state.motion, step, delta, work) == DONE
+        return self._lost(state, start, step, delta, work) == DONE
+
+    def _lost(self, state, start, step, delta, work):
+        """The first node whose directors cannot be placed, or ``DONE``."""
+        return self._advance(self.nodes, state.motion, step, delta, work)
 
     @staticmethod
     def lost(node):

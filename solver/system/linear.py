@@ -18,7 +18,7 @@ from importlib import import_module
 
 import numpy as np
 from scipy.linalg import lapack
-from scipy.sparse import csc_array, csr_array, diags_array, tril
+from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import cg, splu
 
 from ..errors import InputError
@@ -164,10 +164,8 @@ class Banded:
         return other, rows + columns * self._width
 
 
-class SuperLU:
-    """SciPy's SuperLU, tuned for a symmetric pattern, for bands too wide for Cholesky."""
-
-    name = "superlu"
+class Sparse:
+    """A symmetric matrix in sparse storage; what factorizes it comes with a subclass."""
 
     def __init__(self, numbering):
         self.storages, lower = sparse_storages(numbering)
@@ -181,44 +179,39 @@ class SuperLU:
         np.take(self.values, self._source, out=self._matrix.data)
         return self._matrix
 
-    def factor(self):
-        """Factorize the matrix, see the module."""
-        self._factor, negative = diagonal_lu(self.matrix())
-        return negative
-
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
         return self._factor.solve(rhs)
 
 
-class SparseLDL:
+class SuperLU(Sparse):
+    """SciPy's SuperLU, tuned for a symmetric pattern, for bands too wide for Cholesky."""
+
+    name = "superlu"
+
+    def factor(self):
+        """Factorize the matrix, see the module."""
+        self._factor, negative = diagonal_lu(self.matrix())
+        return negative
+
+
+class SparseLDL(Sparse):
     """LDL^T of RSLAB, where it is installed: analysed once, several times as fast as SuperLU on
     large models, the same to the last bit on every run."""
 
     name = "rslab"
 
     def __init__(self, numbering):
-        self.storages, lower = sparse_storages(numbering)
-        self.storage, self.skew = self.storages[0], NO_SKEW
-        self.values = np.zeros(lower.nnz)
-        lower.data[:] = np.arange(lower.nnz)
-        columns = lower.tocsc()
-        self._source = columns.data.astype(np.int64)
-        self._lower, self._analysis, self._factor = columns, None, None
-
-    def matrix(self):
-        """The assembled matrix, both triangles."""
-        lower = csc_array((self.values[self._source], self._lower.indices, self._lower.indptr),
-                          shape=self._lower.shape)
-        return (lower + tril(lower, -1).T).tocsc()
+        super().__init__(numbering)
+        self._analysis = None
 
     def factor(self):
         """Factorize the matrix, see the module."""
-        self._lower.data[:] = self.values[self._source]
+        matrix = self.matrix()
         if self._analysis is None:
-            self._analysis = rslab().analyze(self._lower, path="ldlt", threads=1)
+            self._analysis = rslab().analyze(matrix, path="ldlt", threads=1)
         try:
-            self._factor = self._analysis.factor(self._lower.data)
+            self._factor = self._analysis.factor(matrix)
         except RuntimeError as error:
             raise SingularMatrix(str(error)) from None
         _, negative, zero = self._factor.inertia
@@ -231,32 +224,25 @@ class SparseLDL:
         return self._factor.solve(rhs, refine=0)
 
 
-class UnsymmetricLU:
+class UnsymmetricLU(Sparse):
     """SciPy's SuperLU of a matrix with a skew part: the tangent of loads that follow the shell."""
 
     name = "superlu (unsymmetric)"
 
     def __init__(self, numbering):
-        self.storages, lower = sparse_storages(numbering)
-        self.storage = self.storages[0]
-        self.values, self.skew = np.zeros((2, lower.nnz))
-        self._matrix, self._source = _mirrored(lower)
-        columns = np.repeat(np.arange(lower.shape[0]), np.diff(self._matrix.indptr))
+        super().__init__(numbering)
+        self.skew = np.zeros_like(self.values)
+        columns = np.repeat(np.arange(numbering.n_dof), np.diff(self._matrix.indptr))
         self._sign = np.where(self._matrix.indices < columns, -1.0, 1.0)
-        self._factor = None
 
     def matrix(self):
         """The assembled matrix, in the array of the last one."""
-        self._matrix.data[:] = self.values[self._source] + self._sign * self.skew[self._source]
+        super().matrix().data[:] += self._sign * self.skew[self._source]
         return self._matrix
 
     def factor(self):
         """Factorize the matrix; the number of negative pivots is not told."""
         self._factor = _superlu(self.matrix())
-
-    def solve(self, rhs):
-        """A new vector (n_dof,), see the module."""
-        return self._factor.solve(rhs)
 
 
 class Constrained:

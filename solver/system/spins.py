@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..kernels import spins
-from ..kernels.arguments import DONE
 from ..kernels.calls import Call
 from ..kernels.junctions import spin_of
 from .coordinates import Charts, turned_frames
@@ -63,10 +62,8 @@ class Spins(Charts):
         self._place(self.nodes, state.chart, start.p, start.A1)
         self._rates(self.nodes, state.velocity, start.A1, start.p_dot)
 
-    def inside(self, state, start, step, delta, work):
-        """Whether no node turns too far in the increment ``delta``."""
-        return self._advance(self.nodes, self.inertia, state.motion, start, step, delta,
-                             work) == DONE
+    def _lost(self, state, start, step, delta, work):
+        return self._advance(self.nodes, self.inertia, state.motion, start, step, delta, work)
 
     @staticmethod
     def lost(node):

@@ -57,7 +57,7 @@ EXACT = (
     Mutant("a triple product without its cubic part", "kernels/discrete.py",
            "dy[0], 0.25 * on_tau", "dy[0], 0.0 * on_tau",
            ("discrete-jacobian", "exact-conservation")),
-    Mutant("strains of the end instead of their mean", "kernels/exact.py",
+    Mutant("strains of the end instead of their mean", "kernels/assembly.py",
            "end, start = step.strain_end + lag, step.strain_start - lag",
            "end, start = 1.0 + 0.0 * lag, 0.0 * lag", ("exact-order",)),
     Mutant("iterations from dt v", "dynamics/exact.py",
@@ -67,7 +67,7 @@ EXACT = (
     Mutant("iterations that end by works which may cancel", "dynamics/exact.py",
            "float(np.abs(residual) @ np.abs(correction))", "abs(float(residual @ correction))",
            ("exact-turns",)),
-    Mutant("lags of the dissipation of the wrong sign", "kernels/exact.py",
+    Mutant("lags of the dissipation of the wrong sign", "kernels/assembly.py",
            "end, start = step.strain_end + lag, step.strain_start - lag",
            "end, start = step.strain_end - lag, step.strain_start + lag", ("exact-dissipation",)),
 )
