@@ -32,14 +32,16 @@ drift ten times that of rounding, a smaller one is not reached); stiffness dampi
 work by twice its weight of the strains at the end."""
 
 OWN = 3
-"""Iterations of a step whose matrices do not serve it as they are that have their own."""
+"""Matrices of a step after which the derivative gives the corrections; the first iterations of a
+step that begins with it that have a matrix of their own."""
 
 SETTLED = 0.03
 """Part of the work that a correction may leave without a new matrix for the next one, where they
 come from the derivative (measured: more, and hemispheres that crumple take twice the time)."""
 
-NEAR, MOST_PRODUCTS = 0.01, 20
-"""Part of a correction that may be missing, and products with the derivative for it at most."""
+NEAR, FEW_PRODUCTS, MOST_PRODUCTS = 0.01, 2, 20
+"""Part of a correction that may be missing; products with the derivative for it up to which the
+symmetric matrix alone serves the next step, and at most."""
 
 SHIFT = 1e-7
 """Part of the shell's size by which nodes move for a product with the derivative (a difference)."""
@@ -54,8 +56,8 @@ class ExactIteration(Iteration):
     """Newton's iteration on an ``ExactSystem``.
 
     As long as a symmetric matrix, kept and turned, serves it gives the corrections.  Where it has
-    to be made more than once in a step, they are those of the derivative, found by GMRES with that
-    matrix before it; the next step goes on so unless one product was enough each time.
+    to be made again and again in a step, they are those of the derivative, found by GMRES with that
+    matrix before it; the next step goes on so unless few products were enough each time.
     """
 
     always_made = True
@@ -116,12 +118,12 @@ class ExactIteration(Iteration):
         stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow
         first = last = 0.0
         slower = 1.0
-        products = most = 0
+        own = products = most = 0
         for k in count():
             delta = self._assemble(problem, delta, correction, new)
             if new:
                 self._factorize(problem, rule.keep, record)
-                made = k
+                made, own = k, own + 1
             fresh = fresh + 1 if new or slow else 0
             if new or k <= TURNING:
                 kept.carry(state, problem.place)
@@ -142,7 +144,7 @@ class ExactIteration(Iteration):
                     fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))):
                 kept.stale = k - max(made, 0) > kept.patience
                 if slow:
-                    self._slow = most > 1
+                    self._slow = most > FEW_PRODUCTS
                     self._assemble(problem, delta, correction, False)
                 return delta
             if left > 1.0 and made < 0 and k > 2 and not slow:
@@ -156,7 +158,7 @@ class ExactIteration(Iteration):
             else:
                 new = (not rule.keep or (stale and k == 0)
                        or (k > 1 and kept.too_slow(k, work, floor, left)))
-                slow = new and made >= 0
+                slow = new and own >= OWN
             last, slower = work, left
 
     def _improved(self, problem, delta, correction, record):
