@@ -15,9 +15,9 @@ from ..results.files import output_path
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration, configuration
-from ..runtime.memory import ELEMENT, check_memory
+from ..runtime.memory import ELEMENT, check_memory, peak_memory
 from ..runtime.provenance import describe
-from ..signatures import File, checked
+from ..signatures import Count, File, checked
 from ..system.exact import ExactSystem
 from ..system.failure import told
 from ..system.loads import at_time
@@ -38,10 +38,11 @@ LOST_IMPULSE = 0.05
 @checked
 def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
              resume: bool = False, progress: Callable = None, case: str = None,
-             probes: Annotated[dict, probes_of] = None, start: Configuration = None):
+             probes: Annotated[dict, probes_of] = None, start: Configuration = None,
+             threads: Count = 1):
     """Run ``model`` from rest (or its initial velocities, or ``start``) to ``settings.end_time``.
 
-    Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
+    Results are the same to the last bit with any number of threads.
 
     Args:
         model: ``Model``.
@@ -55,6 +56,8 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
             velocity are kept of every step; or a ``StressProbe``, or an ``EnergyProbe``.
         start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
             with its velocities; supports hold what is held where it is.
+        threads: as many at most assemble, where there are some thousand nodes, and, with RSLAB,
+            factorize and solve; the rest of linear algebra runs on one.
 
     Returns:
         ``Result``.
@@ -74,7 +77,7 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
     start = None if start is None else _start(model, start)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
-                         start)
+                         start, threads)
 
 
 def check_run(model, settings, probes):
@@ -109,10 +112,11 @@ def _start(model, start):
     return found
 
 
-def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
+def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
+              threads):
     scheme = settings.scheme
-    system = (ExactSystem(model, settings.solver) if scheme.exact
-              else System(model, settings.solver, scheme.axes == "nodal"))
+    system = (ExactSystem(model, settings.solver, threads=threads) if scheme.exact
+              else System(model, settings.solver, scheme.axes == "nodal", threads=threads))
     stepper = Stepper(system, scheme, settings.newton)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
@@ -139,7 +143,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
-                  system.solver.name, seconds, settings)
+                  system.solver.name, seconds, peak_memory(), settings)
 
 
 RARELY, LEAST, MOST = 2e6, 25, 200

@@ -33,7 +33,7 @@ class ExactSystem(System):
         inertia = np.bincount(elements.directors.ravel(), lumped.ravel(), len(model.normals))
         return Spins(model, self.numbering, inertia)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
         self._stiffness, self._stiff_forces = self._stiffnesses()

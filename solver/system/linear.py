@@ -13,7 +13,7 @@ Each solver owns the storage that the assembly writes to and has
 - ``solve(rhs)``: a new vector.
 """
 
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib import import_module
 
 import numpy as np
@@ -206,7 +206,7 @@ class SuperLU(Sparse):
 
 class SparseLDL(Sparse):
     """LDL^T of RSLAB, where it is installed: analysed once, several times as fast as SuperLU on
-    large models, the same to the last bit on every run.
+    large models, the same to the last bit on every run and with any number of threads.
 
     It takes lower triangles by columns.  Those of the last unknown first are the rows that are
     assembled, backwards.
@@ -214,16 +214,16 @@ class SparseLDL(Sparse):
 
     name = "rslab"
 
-    def __init__(self, numbering):
+    def __init__(self, numbering, threads=1):
         super().__init__(numbering)
-        self._analysis = None
+        self._analysis, self._threads = None, threads
 
     def factor(self):
         """Factorize the matrix, see the module."""
         values = self.values[::-1].copy()
         if self._analysis is None:
             self._analysis = rslab().analyze(_backwards(self.lower, values), path="ldlt",
-                                             threads=1)
+                                             threads=self._threads)
         try:
             self._factor = self._analysis.factor(values)
         except RuntimeError as error:
@@ -299,10 +299,11 @@ def rslab():
         return None
 
 
-def make_solver(name, numbering):
+def make_solver(name, numbering, threads=1):
     """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks the fastest: the
     skyline where its rows are short beside the longest, else banded Cholesky, and for the largest
-    models RSLAB or, where that is not installed, SuperLU."""
+    models RSLAB or, where that is not installed, SuperLU.  RSLAB alone takes several ``threads``.
+    """
     if name == "skyline":
         return Skyline(numbering)
     if name == "dense":
@@ -311,7 +312,8 @@ def make_solver(name, numbering):
         lengths = row_lengths(numbering).astype(float)
         work = {Skyline: SKYLINE_COST * np.sum(lengths**2),
                 Banded: len(lengths) * np.max(lengths)**2}
-        work.update({SparseLDL: SPARSE_LIMIT} if rslab() else {SuperLU: DIRECT_LIMIT})
+        work.update({partial(SparseLDL, threads=threads): SPARSE_LIMIT} if rslab()
+                    else {SuperLU: DIRECT_LIMIT})
         return min(work, key=work.get)(numbering)
     raise InputError(f"solver '{name}' is unknown, must be one of: {', '.join(SOLVERS)}")
 

@@ -7,6 +7,7 @@ from ..kernels.arguments import (
     DONE,
     MASS_ONLY,
     STATIC,
+    WHOLE,
     Dofs,
     Predicted,
     Residual,
@@ -26,6 +27,7 @@ from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
+from .threads import Team, shares, whole
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
@@ -62,9 +64,9 @@ class System:
 
     exact = False
 
-    def __init__(self, model, solver="auto", follow=True, full_tangent=False):
+    def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
-        where they have one."""
+        where they have one; ``threads``: as many at most assemble and, with RSLAB, solve."""
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
         self._turning = springs.TurningSprings(model)
@@ -84,7 +86,7 @@ class System:
         elif constraints:
             self.solver = SuperLU(self.numbering)
         else:
-            self.solver = make_solver(solver, self.numbering)
+            self.solver = make_solver(solver, self.numbering, threads)
         if constraints:
             self.solver = Constrained(self.solver, constraints.T)
         self.factorizations, self.floating = 0, not model.grounded
@@ -99,7 +101,7 @@ class System:
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
-        self._make_kernels()
+        self._make_kernels(threads)
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
@@ -108,9 +110,11 @@ class System:
         """What the unknowns are."""
         return Charts(self.model, self.numbering, follow)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         """What assembles, and its work arrays."""
-        self._step = Call(assembly.step_system)
+        self._step, self._whole = Call(assembly.step_system), whole(self.model)
+        several = shares(self.model, self.numbering, threads)
+        self._team = Team(several) if several else None
         self.nodal = nodal_work(len(self.model.nodes), len(self.model.normals))
 
     def start(self, start=None):
@@ -233,10 +237,15 @@ class System:
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
         """Residual and matrix of the shell and the dead loads; a node that fails."""
-        return self._step(
+        arguments = (
             self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
             self.solver.storage, tangent, predicted or self._unpredicted, self.solver.values,
             self.residual, self.nodal)
+        if self._team is None:
+            return self._step(*arguments, self._whole, WHOLE)
+        if tangent:
+            self.solver.values[:] = 0.0
+        return self._team.run(lambda share, part: self._step(*arguments, share, part))
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
