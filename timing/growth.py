@@ -96,7 +96,8 @@ def _measure(case, elements, method, effort):
         iterations, peak = stepper.iterations, peak_memory()
         calls = time_calls(stepper, effort)
     return {"unknowns": stepper.system.numbering.n_dof, "solver": stepper.system.solver.name,
-            "first_step": first, "peak_memory": peak, "steps_per_round": count, "iterations_per_step": iterations,
+            "first_step": first, "peak_memory": peak, "steps_per_round": count,
+            "iterations_per_step": iterations,
             "matrix_bytes": stepper.system.solver.values.nbytes, "memory_bytes": memory}, dict(
                 zip(PHASES, (calls.assembly, calls.factor, calls.solve, step)))
 

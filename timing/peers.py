@@ -52,8 +52,8 @@ MAX_ITERATIONS = 20
 
 
 def run_ours(elements, dt, end_time, solver):
-    """One of our runs: ``skyline`` (the paper's, full Newton) or ``auto`` (production).  CPU time is
-    less that of a run of one step, as that of CalculiX."""
+    """One of our runs: ``skyline`` (the paper's, full Newton) or ``auto`` (production).  CPU time
+    is less that of a run of one step, as that of CalculiX."""
     warm_up()
     model, reached = load_case(CASE).model(elements), [0.0]
 

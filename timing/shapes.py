@@ -8,9 +8,10 @@ from functools import cache
 
 import numpy as np
 
-from corovec import Model, NodalLoad, TimeFunction, block, cylinder, join, modes
+from corovec import Model, NodalLoad, TimeFunction, cylinder, modes
+from corovec.verification.models import box, rectangle
 
-STEEL = {"youngs": 2.1e11, "poisson": 0.3, "density": 7800.0}
+STEEL = {"thickness": 0.01, "youngs": 2.1e11, "poisson": 0.3, "density": 7800.0}
 
 STEPS = 30
 """Time steps a period of the first mode."""
@@ -22,41 +23,36 @@ RIGID = 1e-3
 """Part of the highest frequency looked at below which a mode is a rigid motion."""
 
 
-def plate(elements):
-    """Square plate of side 1 m, 10 mm thick."""
+def _plate(elements, **options):
+    """A square plate of side 1 m."""
     n = round(np.sqrt(elements))
-    return block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (n, n)), 0.01
+    return rectangle(1.0, 1.0, (n, n), **STEEL, **options)
 
 
-def ring(elements):
-    """Ring of radius 1 m, pi/4 m wide, 10 mm thick."""
+def _ring(elements, **options):
+    """A ring of radius 1 m, pi/4 m wide."""
     n = round(np.sqrt(elements / 8))
-    return cylinder(1.0, 0.25 * np.pi, (8 * n, n)), 0.01
+    mesh = cylinder(1.0, 0.25 * np.pi, (8 * n, n))
+    return Model(mesh.nodes, mesh.quads, normals=mesh.normals, **STEEL, **options)
 
 
-def box(elements):
-    """Closed cube of edge 1 m, 10 mm thick."""
-    n = round(np.sqrt(elements / 6))
-    corners = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
-    faces = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6))
-    return join([block(corners[list(face)], (n, n)) for face in faces]), 0.01
+def _box(elements, **options):
+    """A closed cube of edge 1 m."""
+    return box((1.0, 1.0, 1.0), round(np.sqrt(elements / 6)), **STEEL, **options)
 
 
-SHAPES = {"plate": plate, "ring": ring, "box": box}
+SHAPES = {"plate": _plate, "ring": _ring, "box": _box}
 
 
 def model(shape, elements):
-    """``Model`` of about so many elements, its first node hit for ten steps."""
-    mesh, thickness = SHAPES[shape](elements)
+    """``Model`` of one of ``SHAPES`` with about so many elements, its first node hit for ten steps.
+    """
     pulse = TimeFunction((0.0, 10.0 * time_step(shape)), (1.0, 0.0))
-    return Model(mesh.nodes, mesh.quads, normals=mesh.normals, thickness=thickness,
-                 loads=[NodalLoad(0, (100.0, 200.0, 1000.0), pulse)], **STEEL)
+    return SHAPES[shape](elements, loads=[NodalLoad(0, (100.0, 200.0, 1000.0), pulse)])
 
 
 @cache
 def time_step(shape):
     """A thirtieth of the period of the first mode [s], by a coarse mesh."""
-    mesh, thickness = SHAPES[shape](COARSE)
-    found = modes(Model(mesh.nodes, mesh.quads, normals=mesh.normals, thickness=thickness, **STEEL),
-                  8).frequencies
+    found = modes(SHAPES[shape](COARSE), 8).frequencies
     return float(1.0 / (STEPS * found[found > RIGID * found[-1]][0]))

@@ -190,8 +190,8 @@ class Recorder:
         file["model/nodes"][...], file["model/quads"][...] = self.model.nodes, self.model.quads
         file["frames/step"][...], file["checkpoint/stamp"][...] = frame_steps, EMPTY
         make_view(file, self.model, sizes)
-        file.attrs.update(memory=np.nan, format=np.bytes_(FORMAT), description=self._text, run=self._run,
-                          checksum=of_fixed(file, self._text, sizes))
+        file.attrs.update(memory=np.nan, format=np.bytes_(FORMAT), description=self._text,
+                          run=self._run, checksum=of_fixed(file, self._text, sizes))
 
 
 def _reserve(file, name, shape, dtype, **layout):
