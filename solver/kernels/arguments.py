@@ -240,7 +240,7 @@ class Share(NamedTuple):
         first: first node of its own before and after the elements.
         last: behind the last one.
         groups: (n,) groups of elements, ascending: all that have a node which it owns.
-        owned: (n_nodes,) bool.
+        owned: (n_nodes,) bool; empty: all nodes.
     """
 
     first: int

@@ -127,8 +127,8 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
         discrete.force(before, after, y, dy, p, f, g, jacobian, f_x, f_p)
         gather_vertices(work.inertial_x, nodes, a_x_)
         add_inertial_forces(mass, a_x, f_x)
-        add_vertices(1.0, f_x_, nodes, own, work.force_x)
-        add_vertices(1.0, f_p_, directors, own, work.force_p)
+        add_vertices(1.0, f_x_, nodes, work.force_x)
+        add_vertices(1.0, f_p_, directors, work.force_p)
 
         # 3. k_T at the mean configuration, Eq. (63), and mass, Eq. (40)
         if with_tangent:

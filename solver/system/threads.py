@@ -23,7 +23,7 @@ numbered too much at random for several."""
 def whole(model):
     """``Share`` of one thread, which assembles all."""
     n = len(model.nodes)
-    return Share(0, n, np.arange(-(-len(model.quads) // WIDTH)), np.ones(n, dtype=bool))
+    return Share(0, n, np.arange(-(-len(model.quads) // WIDTH)), np.zeros(0, dtype=bool))
 
 
 def shares(model, numbering, threads):
