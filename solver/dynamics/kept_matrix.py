@@ -44,8 +44,12 @@ class KeptMatrix:
         held[numbering.node_of_dof[fixed]] = True
         if system.coordinates.constraints:
             held[system.coordinates.constraints.nodes] = True
+        twin = np.arange(n_nodes)
+        for group in system.model.joined:
+            held[group] = held[group].any()
+            twin[group] = group[0]
         blocks = np.zeros((4, n_nodes, 3, 3))
-        self._turning = Turning(corner, held, *blocks, *blocks[2:])
+        self._turning = Turning(corner, held, twin, *blocks, *blocks[2:])
         self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass
         self._free = system.floating

@@ -367,6 +367,7 @@ class Turning(NamedTuple):
     Attributes:
         corner: (n_nodes,) an element beside each node.
         held: (n_nodes,) bool, nodes with a support.
+        twin: (n_nodes,) the first of the nodes that move with each.
         frames: (n_nodes, 3, 3) axes of that element when the matrix was made.
         rates: (n_nodes, 3, 3) A_0, maps from rates of the variables then.
         Q: (n_nodes, 3, 3) rotation since then, of corrections.
@@ -377,6 +378,7 @@ class Turning(NamedTuple):
 
     corner: np.ndarray
     held: np.ndarray
+    twin: np.ndarray
     frames: np.ndarray
     rates: np.ndarray
     Q: np.ndarray

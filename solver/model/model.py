@@ -48,6 +48,14 @@ from .directors import (
     vertex_normals,
 )
 from .inertia import mass_properties
+from .joints import (
+    JOINTS,
+    check_axes,
+    check_joints,
+    check_velocities,
+    classes_of,
+    supports_of,
+)
 from .laminates import Section, directions_of, law_of, members_of
 from .loads import (
     COMPONENTS,
@@ -90,6 +98,9 @@ class Model:
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
+        joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there.
+            What a support holds of a joined node it holds of those that move with it: ``supports``
+            has that too.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
         cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
@@ -133,14 +144,16 @@ class Model:
     damping: Damping = None
     sections: tuple = ()
     cyclic: Cyclic = None
+    joints: tuple = ()
     directors: Directors = field(init=False)
     pairs: Pairs | None = field(init=False, default=None)
 
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
         quads = node_numbers(self.quads, len(nodes))
-        put(self, nodes=nodes, quads=quads)
-        check_mesh(nodes, quads)
+        put(self, nodes=nodes, quads=quads, joints=_items("joints", self.joints, JOINTS))
+        check_joints(self.joints, nodes, quads)
+        check_mesh(nodes, quads, self.joined)
         put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
@@ -161,9 +174,11 @@ class Model:
         if self.sections and self.membrane != "stress":
             raise InputError(f"sections take the membrane field stress, not {self.membrane}")
         put(self, loads=_items("loads", self.loads, LOADS),
-            supports=_items("supports", self.supports, (Support, Drive)),
+            supports=self._supports(self.supports),
             attached=_items("attached", self.attached, ATTACHED))
         check_attached(self.attached, len(nodes), self.directors.first)
+        check_axes(self.joints, nodes, self.directors)
+        check_velocities(self.joints, self.velocity)
         if self.damping is not None:
             instance("damping", self.damping, Damping)
         self._check_loads()
@@ -221,7 +236,7 @@ class Model:
         """
         made = copy(self)
         put(made, loads=_items("loads", loads, LOADS), elements=self.elements,
-            supports=_items("supports", supports, (Support, Drive)))
+            supports=self._supports(supports))
         for cached in ("_held", "oblique", "kept"):
             vars(made).pop(cached, None)
         made._check_loads()
@@ -229,6 +244,18 @@ class Model:
         if made.pairs:
             made._check_sector()
         return made
+
+    def _supports(self, given):
+        """Supports, checked for their type and where they are, with those that joints imply."""
+        supports = _items("supports", given, (Support, Drive))
+        for k, support in enumerate(supports):
+            existing(f"support {k}: node", support.nodes, len(self.nodes))
+        return supports_of(supports, self.joined)
+
+    @cached_property
+    def joined(self):
+        """Lists of nodes that move together."""
+        return classes_of(self.joints, len(self.nodes))
 
     def __setstate__(self, state):
         """Arrays come writable out of a pickle: read-only again, which is also the type for which
@@ -474,7 +501,6 @@ class Model:
     def _check_supports(self):
         motions, axes = {}, {}
         for k, support in enumerate(self.supports):
-            existing(f"support {k}: node", support.nodes, len(self.nodes))
             if isinstance(support, Drive):
                 motion = replace(support, nodes=(0,))
             else:
@@ -509,6 +535,11 @@ class Model:
     def _check_sector(self):
         """Initial velocities, and supports that move, are those of a sector."""
         pairs, cyclic = self.pairs, self.cyclic
+        edges = {*pairs.masters, *pairs.slaves}
+        for group in self.joined:
+            if edges.intersection(group):
+                raise InputError(f"cyclic: node {min(edges.intersection(group))} on an edge of the "
+                                 "sector is joined")
         for name, of in (("velocity", None), ("normal_velocity", pairs.directors)):
             if pairs.differ(getattr(self, name), of):
                 raise InputError(f"cyclic: {name} differs on the two edges of the sector")

@@ -199,10 +199,14 @@ class Applied(NamedTuple):
     Attributes:
         dead: ``arguments.Loads``.
         items: what each item has at that time.
+        motors: (n,) moments of motors at each place of a hinge [N m].
+        slacks: (n,) angles at which springs of hinges are slack at the end of the step [rad].
     """
 
     dead: Loads
     items: tuple
+    motors: np.ndarray
+    slacks: np.ndarray
 
 
 def items(model, exact=False):

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from ..kernels import spins
 from ..kernels.calls import Call
 from ..kernels.junctions import spin_of
+from ..model.joints import places_of
 from .coordinates import Charts, turned_frames
 from .state import blank_state
 
@@ -39,7 +40,8 @@ class Spins(Charts):
 
     def blank_state(self, model):
         """A state of zeros."""
-        return blank_state(model.nodes, self._numbering.n_dof, len(model.quads))
+        return blank_state(model.nodes, self._numbering.n_dof, len(model.quads),
+                           places_of(model.joints))
 
     def _set_rotations(self, model, state, p, rates):
         """Frames and spins of the normals p with these rates."""
