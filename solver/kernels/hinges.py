@@ -125,9 +125,9 @@ def _moment(own, state, before, after, slack, weight, rate):
 
 @internal
 def _on_ends(moment, before, after, e, de, p, dp, n, a, b, on_v, on_y):
-    """Forces of a moment on the edge and p_a, ``on_v`` (2, 3), and on p_b, ``on_y``, see the module;
-    ``before`` and ``after``: c, s and |e|.  e, de: mean of the edge and its increment; p, dp (2, 3):
-    those of the normals."""
+    """Forces of a moment on the edge and p_a, ``on_v`` (2, 3), and on p_b, ``on_y``, see the
+    module; ``before`` and ``after``: c, s and |e|.  e, de: mean of the edge and its increment; p,
+    dp (2, 3): those of the normals."""
     sine = before[0] * after[1] - before[1] * after[0]
     cosine = before[0] * after[0] + before[1] * after[1]
     if abs(sine) < SMALL_TANGENT * cosine:

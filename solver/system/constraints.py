@@ -1,4 +1,4 @@
-"""Linear constraints of increments, ``dU = T dU_free``: oblique supports, edges of a sector, joints.
+"""Linear constraints of increments, ``dU = T dU_free``: oblique supports, sectors, joints.
 
 T is constant: rotational variables are components along axes that the support keeps
 (``Model.kept``), and those of the one edge of a sector along the axes of the other, turned
