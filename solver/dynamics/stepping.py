@@ -99,6 +99,8 @@ class Stepper:
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
+            if system.linked:
+                system.linked.settle(state)
             switches = system.coordinates.renew(state, dt)
             if system.hinges:
                 state.hinges[:, SLACK] = problem.loads.slacks

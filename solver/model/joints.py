@@ -43,7 +43,7 @@ class Spherical:
         nodes = distinct("spherical joint: nodes", self.nodes)
         if len(nodes) < 2:
             raise InputError(f"spherical joint: two nodes or more are needed, {len(nodes)} given")
-        put(self, nodes=nodes, name=_name("spherical joint: name", self.name))
+        put(self, nodes=nodes, name=name_of("spherical joint: name", self.name))
 
     @property
     def tied(self):
@@ -99,7 +99,7 @@ class Hinge:
     name: str = ""
 
     def __post_init__(self):
-        put(self, name=_name("hinge: name", self.name))
+        put(self, name=name_of("hinge: name", self.name))
         what = f"hinge {self.name}".rstrip()
         for side in ("nodes", "others"):
             put(self, **{side: distinct(f"{what}: {side}", getattr(self, side))})
@@ -184,8 +184,11 @@ def check_joints(joints, nodes, quads):
         if names.count(name) > 1:
             raise InputError(f"two joints are named '{name}'")
     size = np.ptp(nodes, axis=0).max()
+    group = np.arange(len(nodes))
     for name, joint in zip(names, joints):
         pairs = joint.tied
+        if not len(pairs):
+            continue
         existing(f"{name}: node", pairs.ravel().tolist(), len(nodes))
         same = pairs[:, 0] == pairs[:, 1]
         if np.any(same):
@@ -196,18 +199,15 @@ def check_joints(joints, nodes, quads):
         if gaps[k] > PLACE * size:
             raise InputError(f"{name}: nodes {pairs[k, 0]} and {pairs[k, 1]} are {gaps[k]:.3g} m "
                              "apart, joined nodes must be at the same place")
-        for one, other in pairs:
-            both = np.any(quads == one, axis=1) & np.any(quads == other, axis=1)
-            if both.any():
-                raise InputError(f"{name}: nodes {one} and {other} belong to one element, "
-                                 f"{np.argmax(both)}")
         if isinstance(joint, Hinge):
             _check_edge(name, nodes[list(joint.nodes)])
-    for group in classes_of(joints, len(nodes)):
-        inside = np.isin(quads, group).sum(axis=1)
-        if np.any(inside > 1):
-            raise InputError(f"joints: nodes {group} move together, but element "
-                             f"{np.argmax(inside > 1)} has more than one of them")
+    for members in classes_of(joints, len(nodes)):
+        group[members] = members[0]
+    ordered = np.sort(group[quads], axis=1)
+    several = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
+    if len(several):
+        raise InputError(f"joints: element {several[0]}, nodes {quads[several[0]].tolist()}, has "
+                         "two nodes that move together")
 
 
 def check_axes(joints, nodes, directors):
@@ -278,7 +278,8 @@ def shares_of_edge(x):
     return shares / shares.sum()
 
 
-def _name(what, value):
+def name_of(what, value):
+    """A name, or none."""
     return value if isinstance(value, str) and not value else text(what, value)
 
 

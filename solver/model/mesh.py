@@ -141,9 +141,11 @@ def node_numbers(quads, n_nodes):
     return array
 
 
-def check_mesh(nodes, quads, joined=()):
+def check_mesh(nodes, quads, joined=(), free=0):
     """Raise ``InputError`` for anything that cannot be the mesh of a shell; ``joined``: lists of
-    nodes that may be at one place."""
+    nodes that may be at one place; ``free``: how many nodes at the end may belong to no element,
+    and be anywhere."""
+    nodes = nodes[:len(nodes) - free]
     few_enough(len(quads))
     check_connectivity(quads)
     _check_nodes(nodes, quads, joined)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..errors import InputError
 from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
@@ -17,6 +18,7 @@ from ..kernels.hinges import SLACK
 from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
+from .bodies import Bodies
 from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
@@ -50,6 +52,8 @@ class System:
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
         hinges: ``Hinges`` that have a moment.
+        bodies: ``Bodies``, rigid ones.
+        linked: ``Multipliers``, None but in the exact scheme.
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
@@ -71,10 +75,15 @@ class System:
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
         self._turning, self.hinges = springs.TurningSprings(model), Hinges(model)
+        self.bodies, self.linked = Bodies(model), None
+        if not self.exact and (model.bodies or model.linked):
+            raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
+                             "scheme exact")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
-        folding = [self.hinges] if self.hinges else []
+        folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
         self.numbering = number_dofs((model.quads, *cells), n_rot)
+        self.bodies.number(self.numbering)
         self.coordinates = self._make_coordinates(follow)
         fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
         held = bool(fixed.any()) or constraints is not None and constraints.holds
@@ -100,7 +109,8 @@ class System:
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
-        self._inner = bool(self._springs or self.damping or self.hinges)
+        self._inner = bool(self._springs or self.damping or self.hinges or self.bodies
+                           or model.linked)
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
@@ -189,6 +199,8 @@ class System:
         place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
+        if self.bodies:
+            place.observed = self.bodies.observed(place.observed, state, place.start)
         if self.hinges:
             self.hinges.follow(state, place.start.p)
         if self._springs or self.hinges:
@@ -233,6 +245,10 @@ class System:
             if self.hinges:
                 self.hinges.add_forces(self.dofs, iterate, place.start.p, self.nodal.p_end,
                                        loads.motors, loads.slacks, self.inner_forces)
+            if self.bodies:
+                self.bodies.add_forces(iterate, self.inner_forces)
+            if self.linked:
+                self.linked.add_forces(iterate, self.nodal, self.inner_forces)
             self.inner_forces += self._ground_forces
             dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
@@ -242,7 +258,7 @@ class System:
             raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
-        if tangent and (self._springs or self.hinges or not self.all_dead):
+        if tangent and (self._springs or self.hinges or self.bodies or not self.all_dead):
             self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
@@ -254,7 +270,7 @@ class System:
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
-        if self._items or self.hinges:
+        if self._items or self.hinges or self.linked:
             self.coordinates.advance(state, place.start, step, delta, self.nodal)
         return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 
@@ -336,6 +352,8 @@ class System:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
         if self.hinges:
             self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
+        if self.bodies:
+            self.bodies.add_matrix(self.solver.storage, step, solver.values)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
                                      loads.dead.moments, self.nodal, solver.skew)
