@@ -230,3 +230,12 @@ def add_hinge_stiffness(dofs, storage, owners, on_rotations, values, skew):
                     for c in range(2):
                         k_h[i, 3 + r, j, 3 + c] = stiffness * g[2 * i + r] * g[2 * j + c]
         add_cell(dofs, storage, owners[k], (5, 5), k, k_h, values, skew)
+
+
+@kernel
+def moments(constants, states, slacks, after, weight, rate, found):
+    """Moments that turn joints on in a step to the angles ``after`` (n,), and their stiffness, into
+    ``found`` (n, 2); see ``add_hinge_forces``."""
+    for k in range(constants.shape[0]):
+        found[k, 0], found[k, 1] = _moment(constants[k], states[k], states[k, ANGLE], after[k],
+                                           slacks[k], weight, rate)

@@ -60,3 +60,36 @@ def gradients(terms, pairs, local, n_rot, frames, turns, u, d, G):
                 for k in range(n_rot[i]):
                     basis(frames[i], n_rot[i], k, b)
                     G[row, at + 3 + k] += dot(b, q)
+
+
+@kernel
+def turns(nodes, local, n_rot, frames, delta, th):
+    """Cayley vectors ``th`` (n_nodes, 3) of some nodes from their components in ``delta``
+    (n_local,)."""
+    b = np.empty(3)
+    for j in range(nodes.shape[0]):
+        i = nodes[j]
+        th[i, 0] = th[i, 1] = th[i, 2] = 0.0
+        for k in range(n_rot[i]):
+            basis(frames[i], n_rot[i], k, b)
+            for c in range(3):
+                th[i, c] += delta[local[i] + 3 + k] * b[c]
+
+
+@kernel
+def spread(nodes, local, n_rot, before, after, rate, a, forces):
+    """Forces (n_local,) by which an impulse a at the start of a step, which is one at its end too,
+    acts: ``2 a / dt``, of turns ``(a_l + sum_k b_l0 . b_k1 a_k) / dt``; ``rate``: 1/dt."""
+    b_0, b_1 = np.empty(3), np.empty(3)
+    for j in range(nodes.shape[0]):
+        i = nodes[j]
+        at = local[i]
+        for c in range(3):
+            forces[at + c] = 2.0 * rate * a[at + c]
+        for l in range(n_rot[i]):
+            basis(before[i], n_rot[i], l, b_0)
+            total = a[at + 3 + l]
+            for k in range(n_rot[i]):
+                basis(after[i], n_rot[i], k, b_1)
+                total += dot(b_0, b_1) * a[at + 3 + k]
+            forces[at + 3 + l] = rate * total

@@ -4,15 +4,17 @@ An end of a joint is the number of a node, the name of a ``RigidBody`` or ``"gro
 axes are those of the initial configuration; each end takes them along as its body moves.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..checks import distinct, existing, integer, shown, vector
+from ..checks import distinct, existing, integer, number, shown, vector
 from ..errors import InputError
 from ..fields import put
 from .bodies import GROUND
-from .joints import name_of
+from .histories import CONSTANT, FunctionOfTime
+from .joints import Turning, name_of
+from .loads import history_of
 
 NONE = np.zeros((0, 2), dtype=np.int64)
 
@@ -44,7 +46,7 @@ class _Between:
     one: object
     other: object
     at: tuple = None
-    name: str = ""
+    name: str = field(default="", kw_only=True)
 
     kind = "joint"
     tied = NONE
@@ -96,11 +98,38 @@ class _Axial(_Between):
 
 
 @dataclass(frozen=True)
-class Revolute(_Axial):
-    """A point and an ``axis`` that both ends share: one turns about it.  At a smooth node of a
-    shell the axis must be its normal: a shell does not know turns about it."""
+class Revolute(_Axial, Turning):
+    """A point and an ``axis`` that both ends share: one turns about it.
+
+    At a smooth node of a shell the axis must be its normal; as a shell does not know turns about
+    that, such a joint has no angle.  Between bodies, and of a body on the ground, the angle is that
+    by which ``other`` has turned against ``one``, right-handed about the axis [rad].  Its moment is
+    that of ``Turning``; or it is driven.
+
+    Attributes:
+        angle: that the joint is driven by [rad]; None where it is free.
+        driving: ``FunctionOfTime`` that multiplies it, zero at t = 0.
+    """
+
+    angle: float = None
+    driving: FunctionOfTime = CONSTANT
 
     kind = "revolute joint"
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._check_turning(self._what)
+        put(self, driving=history_of(self.driving))
+        if self.angle is not None:
+            put(self, angle=number(f"{self._what}: angle", self.angle, "rad"))
+            if self.acts:
+                raise InputError(f"{self._what}: a joint that is driven by its angle has no "
+                                 "spring, damper, stop, latch or motor")
+
+    @property
+    def places(self):
+        """Number of places at which it has an angle that takes part."""
+        return int(self.acts or self.angle is not None)
 
 
 @dataclass(frozen=True)

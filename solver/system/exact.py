@@ -17,6 +17,10 @@ ROUNDED = 8.0
 (measured: 1 to 3)."""
 
 
+FIRST = 1e-3
+"""Length of a step [s] of which the rates of drives at its start are asked for."""
+
+
 class ExactSystem(System):
     """As ``System``, for steps of the exact scheme.
 
@@ -80,7 +84,7 @@ class ExactSystem(System):
         """State at t = 0; accelerations take no part."""
         state = self.start(start)
         if self.linked:
-            self.linked.check_rates(state)
+            self.linked.check_rates(state, self.loads(0.0, 0.0, FIRST).driven)
         return state
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):

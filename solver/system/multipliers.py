@@ -11,15 +11,19 @@ with the same n at both ends, chosen so that ``G_1 v_1 = 0``.  As ``G_0 v_0 = 0`
 moment.  The scheme stays symmetric in time and of second order.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
+from ..checks import TINY
 from ..errors import InputError
-from ..kernels import multipliers
+from ..kernels import hinges, multipliers
 from ..kernels.arguments import Terms
 from ..kernels.calls import Call
+from ..kernels.hinges import moments
 from ..model.bodies import GROUND
 from ..model.joints import names_of
 from ..model.linkages import (
@@ -32,6 +36,8 @@ from ..model.linkages import (
     Tie,
     Universal,
 )
+from .failure import NotConverged
+from .turning import follow
 
 DEPENDENT = 1e-9
 """Smallest eigenvalue of the constraints' scaled matrix ``G M^-1 G^T`` below which they depend on
@@ -41,8 +47,21 @@ ALONG = 1e-6
 """Sine of the angle between directions that are one, and distance, in sizes of the shell, of places
 that are."""
 
-CLOSED = 2e-14
-"""Part of the size of its vectors by which a constraint may be off."""
+CLOSED = 1e-7
+"""Part of the size of its vectors by which a constraint may be off before the last correction,
+which squares it."""
+
+RATES = 1e-9
+"""Part of the rates of single nodes by which initial velocities may violate a constraint."""
+
+SMALL = 1e-8
+"""Sine of a change of angle below which its ratio to the sine is one."""
+
+INSTANT = 1e-4
+"""Part of a step over which rates of drives are differences."""
+
+LEAST = 1e-12
+"""Stiffness of a moment, in those of inertia, below which it is a given one."""
 
 
 class _Rows:
@@ -52,7 +71,7 @@ class _Rows:
         self._model, self._n_rot, self._frames = model, n_rot, frames
         first = len(model.nodes) - len(model.bodies)
         self._node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
-        self.vectors, self.pairs, self.owners = [], [], []
+        self.vectors, self.pairs, self.owners, self.angles = [], [], [], []
         for k, (name, joint) in enumerate(zip(names_of(model.joints), model.joints)):
             if isinstance(joint, LINKED):
                 self._name, self._owner = name, k
@@ -127,6 +146,16 @@ class _Rows:
     def _revolute(self, joint):
         self._meet(joint)
         self._align(joint)
+        if joint.places:
+            for end in joint.ends:
+                if end != GROUND and self._n_rot[self._node(end)] == 2:
+                    raise InputError(f"{self._name}: node {self._node(end)} of a shell does not "
+                                     "know turns about its normal, a moment or an angle needs "
+                                     "bodies")
+            across = self._across(joint.one, joint.axis)
+            side = np.cross(joint.axis, np.eye(3)[np.argmin(np.abs(joint.axis))])
+            arm = self._vector(joint.other, side / np.linalg.norm(side))
+            self.angles.append((self._owner, arm, *across))
 
     def _universal(self, joint):
         self._meet(joint)
@@ -197,6 +226,15 @@ class _Rows:
             for r, c in ((0, 1), (0, 2), (1, 2)):
                 self._add(own[r], axes[c])
 
+    def measures(self):
+        """Pairs of vectors whose products are the cosine and the sine of each angle."""
+        pairs = []
+        for _, arm, *across in self.angles:
+            for side in across:
+                pairs.append((len(self.vectors), len(self.vectors) + 1))
+                self.vectors.extend([side, arm])
+        return pairs
+
     def terms(self):
         """``Terms`` of all vectors."""
         parts = [terms for _, terms in self.vectors]
@@ -227,37 +265,65 @@ def _on_line(place, line):
     return k, float(part[k]), float(gaps[k])
 
 
+class Rates(NamedTuple):
+    """What drives do in a step.
+
+    Attributes:
+        angle: (k,) angles at its end [rad].
+        before: (k,) their rates at its start [rad/s].
+        after: (k,) at its end [rad/s].
+    """
+
+    angle: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
 class Multipliers:
-    """The constraints of a model in the exact scheme.
+    """The constraints of a model in the exact scheme, and the moments of its revolute joints.
+
+    Rows are constraints, products of vectors; then driven angles; then the moments, as constraints
+    that give way: ``-l = M(angle)``.
 
     Attributes:
         dofs: (n_local,) unknowns on which constraints depend.
-        forces: (m,) multipliers of the last iterate.
-        owners: (m,) number of the joint, or of the body after all joints, of each constraint.
+        forces: (m,) multipliers l of the last iterate.
+        owners: (m,) number of the joint, or of the body after all joints, of each row.
+        off: (m,) by how much each is missed in the last iterate.
     """
 
     def __init__(self, system):
         model, numbering, coordinates = system.model, system.numbering, system.coordinates
         rows = _Rows(model, numbering.n_rot, coordinates.initial_frames)
-        self.owners, self._model = np.array(rows.owners, dtype=np.int64), model
-        self._pairs = np.array(rows.pairs, dtype=np.int64).reshape(-1, 2)
-        self._terms, m = rows.terms(), len(rows.pairs)
+        self._model, self._free = model, coordinates.free
+        self._turnings = system.turnings
+        driven = [angle for angle in rows.angles if model.joints[angle[0]].angle is not None]
+        soft = [angle for angle in rows.angles if model.joints[angle[0]].angle is None]
+        rows.angles = driven + soft
+        self._driven = [model.joints[angle[0]] for angle in driven]
+        self.owners = np.array([*rows.owners, *(angle[0] for angle in rows.angles)], dtype=np.int64)
+        self._m, m = len(rows.pairs), len(self.owners)
+        self._hard = self._m + len(driven)
+        place_of = {joint: k for k, joint in enumerate(system.turnings.joints.tolist())}
+        self._places = np.array([place_of[angle[0]] for angle in rows.angles], dtype=np.int64)
+        self._pairs = np.array(rows.pairs + rows.measures(), dtype=np.int64).reshape(-1, 2)
+        self._terms = rows.terms()
         self._nodes = np.unique(self._terms.node)
-        n_rot, start = numbering.n_rot, numbering.start
-        sizes = 3 + n_rot[self._nodes]
+        self._n_rot, start = numbering.n_rot, numbering.start
+        sizes = 3 + self._n_rot[self._nodes]
         self._local = np.full(len(model.nodes), -1)
         self._local[self._nodes] = np.cumsum(sizes) - sizes
         self.dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(
-            start[i] + np.arange(3 + n_rot[i]) for i in self._nodes)])
-        self._n_rot, self._free = n_rot, coordinates.free
-        self._turning = np.ones(len(self.dofs), dtype=bool)
-        self._turning[(self._local[self._nodes][:, None] + np.arange(3)).ravel()] = False
-        n_vectors, n_terms = 2 * m, len(self._terms.node)
-        self._u, self._d = np.zeros((2, n_vectors, 3)), np.zeros((2, n_terms, 3))
+            start[i] + np.arange(3 + self._n_rot[i]) for i in self._nodes)])
+        n_terms = len(self._terms.node)
+        self._u, self._d = np.zeros((2, len(rows.vectors), 3)), np.zeros((2, n_terms, 3))
         self._turns, self._no_turns = np.zeros((2, len(model.nodes), 3))
-        self._G = np.zeros((4, m, len(self.dofs)))
+        self._raw = np.zeros((len(self._pairs), len(self.dofs)))
         self._place, self._gradients = Call(multipliers.carry), Call(multipliers.gradients)
-        self.forces, self._n = np.zeros(m), np.zeros(m)
+        self._turn, self._spread = Call(multipliers.turns), Call(multipliers.spread)
+        self._moments = Call(moments)
+        self.forces, self.off, self._give = np.zeros((3, m))
+        self._n = np.zeros(self._hard)
         if m:
             self._inverse = _inverse_mass(system, self.dofs)
             self._inverse_here = self._inverse[self.dofs]
@@ -269,140 +335,218 @@ class Multipliers:
     def _set_values(self, coordinates):
         """Products of the initial configuration; constraints must be independent there."""
         X, rest = self._model.nodes, np.zeros_like(self._model.nodes)
-        frames = coordinates.initial_frames
         u = self._u[0]
-        self._place(self._terms, X, rest, rest, frames, u, self._d[0])
-        one, other = self._pairs.T
+        self._place(self._terms, X, rest, rest, coordinates.initial_frames, u, self._d[0])
+        one, other = self._pairs[:self._m].T
         self._values = np.sum(u[one] * u[other], axis=1)
         lengths = np.linalg.norm(u, axis=1)
         moving = np.zeros(len(u), dtype=bool)
-        moving[np.repeat(np.arange(len(u)), np.diff(self._terms.first))] = self._terms.alpha != 0.0
+        owner = np.repeat(np.arange(len(u)), np.diff(self._terms.first))
+        moving[owner[self._terms.alpha != 0.0]] = True
         scale = np.where(moving, np.maximum(lengths, self._model.size), 1.0)
-        self._scale = scale[one] * scale[other]
+        self._scale = np.concatenate([scale[one] * scale[other],
+                                      np.ones(len(self.owners) - self._m)])
+        self._initial = self._angles(u)
+        G = self._rows(coordinates.initial_frames, u, self._d[0], *self._weights(u))
+        self._check(self._mobility(G[:self._hard]))
+
+    def _products(self, u):
+        """Cosines and sines of the angles."""
+        one, other = self._pairs[self._m:].T
+        return np.sum(u[one] * u[other], axis=1).reshape(-1, 2).T
+
+    def _angles(self, u):
+        """(k,) angles, in (-pi, pi]."""
+        c, s = self._products(u)
+        return np.arctan2(s, c)
+
+    def _weights(self, u):
+        """Factors of dc and ds in the change of each angle, ``(c ds - s dc) / (c^2 + s^2)``."""
+        c, s = self._products(u)
+        return -s / (c**2 + s**2), c / (c**2 + s**2)
+
+    def _mean_weights(self):
+        """The same in a step, where that is exact, and the change: see ``kernels.hinges``."""
+        (c_0, s_0), (c_1, s_1) = self._products(self._u[0]), self._products(self._u[1])
+        sine, cosine = c_0 * s_1 - s_0 * c_1, c_0 * c_1 + s_0 * s_1
+        if np.any(cosine <= 0.0):
+            raise NotConverged("a joint turns too far")
+        change = np.arctan2(sine, cosine)
+        ratio = np.divide(change, sine, where=np.abs(sine) > SMALL, out=1.0 / cosine)
+        return -0.5 * ratio * (s_0 + s_1), 0.5 * ratio * (c_0 + c_1), change
+
+    def _rows(self, frames, u, d, on_c, on_s, turns=None):
+        """Gradients (m, n_local) of all rows; ``on_c``, ``on_s``: of angles in their cosines and
+        sines."""
         self._gradients(self._terms, self._pairs, self._local, self._n_rot, frames,
-                        self._no_turns, u, self._d[0], self._G[0])
-        self._check(self._mobility(self._G[0]))
+                        self._no_turns if turns is None else turns, u, d, self._raw)
+        c, s = self._raw[self._m::2], self._raw[self._m + 1::2]
+        return np.concatenate([self._raw[:self._m], on_c[:, None] * c + on_s[:, None] * s])
 
     def _mobility(self, G):
-        """``G M^-1 G^T`` (m, m)."""
+        """``G M^-1 G^T``"""
         return G @ self._inverse_here @ G.T
 
     def _check(self, S):
-        names = [*names_of(self._model.joints), *(f"body {b.name}" for b in self._model.bodies)]
-        diagonal = np.diag(S)
+        names, diagonal = self._names(), np.diag(S)
         if np.any(diagonal <= 0.0):
-            name = names[self.owners[np.argmin(diagonal)]]
-            raise InputError(f"{name}: supports hold what it joins already")
+            raise InputError(f"{names[self.owners[np.argmin(diagonal)]]}: supports hold what it "
+                             "joins already")
         scale = 1.0 / np.sqrt(diagonal)
         sizes, modes = np.linalg.eigh(scale[:, None] * S * scale)
-        if sizes[0] < DEPENDENT:
+        if len(sizes) and sizes[0] < DEPENDENT:
             count = int(np.sum(sizes < DEPENDENT))
             shares = np.abs(modes[:, :count]).max(axis=1)
-            involved = sorted({names[k] for k in self.owners[shares > 0.1]})
+            involved = sorted({names[k] for k in self.owners[:self._hard][shares > 0.1]})
             raise InputError(f"{', '.join(involved)}: {count} of their constraints follow from the "
                              "others: leave out a joint, or take one that holds less")
 
+    def _names(self):
+        """Of joints, then of bodies."""
+        return [*names_of(self._model.joints), *(f"body {b.name}" for b in self._model.bodies)]
+
+    def driven(self, begin, end, dt):
+        """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
+        ``value(history)`` a ``part`` of dt after its start and its end."""
+        def angles(value):
+            return np.array([joint.angle * value(joint.driving) for joint in self._driven])
+
+        def rates(at):
+            return (angles(at(INSTANT)) - angles(at(-INSTANT))) / (2.0 * INSTANT * dt)
+
+        return Rates(angles(end(0.0)), rates(begin), rates(end))
+
+    def follow(self, state):
+        """Angles of a ``state``."""
+        if len(self._places):
+            self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
+                        self._u[1], self._d[1])
+            last = state.hinges[self._places, hinges.ANGLE]
+            follow(self._angles(self._u[1]) - self._initial, last)
+            state.hinges[self._places, hinges.ANGLE] = last
+
     def begin(self, state):
         """Start a step from a ``state``: no forces yet."""
-        self.forces[:] = self._n[:] = 0.0
-        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
-                    self._u[0], self._d[0])
-        self._gradients(self._terms, self._pairs, self._local, self._n_rot, state.chart,
-                        self._no_turns, self._u[0], self._d[0], self._G[0])
-        self._root = _root(self._mobility(self._G[0]))
-        self._impulse = solve_triangular(self._root, self._G[0], lower=True).T
+        self.forces[:] = 0.0
+        u, d = self._u[0], self._d[0]
+        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
+        self._G_0 = self._rows(state.chart, u, d, *self._weights(u))[:self._hard]
+        root = _root(self._mobility(self._G_0))
+        self._impulse = solve_triangular(root, self._G_0, lower=True).T
 
-    def check_rates(self, state):
-        """Raise ``InputError`` for initial velocities that constraints do not allow."""
+    def check_rates(self, state, driven):
+        """Raise ``InputError`` for initial velocities that constraints do not allow; ``driven``:
+        ``Rates`` of a step that begins there."""
         self.begin(state)
-        rates = self._G[0] @ state.velocity[self.dofs]
-        sizes = np.abs(self._G[0]) @ np.abs(state.velocity[self.dofs])
-        k = int(np.argmax(np.abs(rates) - 1e-9 * sizes))
-        if abs(rates[k]) > 1e-9 * sizes[k]:
-            names = [*names_of(self._model.joints),
-                     *(f"body {body.name}" for body in self._model.bodies)]
-            raise InputError(f"{names[self.owners[k]]}: the initial velocities of what it joins do "
-                             "not fit together (rigid_velocity gives those of a rigid motion)")
+        rates = self._G_0 @ state.velocity[self.dofs]
+        sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
+        rates[self._m:] -= driven.before
+        sizes[self._m:] += np.abs(driven.before)
+        missed = np.abs(rates) - RATES * sizes
+        k = int(np.argmax(missed))
+        if missed[k] > 0.0:
+            raise InputError(f"{self._names()[self.owners[k]]}: the initial velocities of what it "
+                             "joins do not fit together, or to its drive (rigid_velocity gives "
+                             "those of a rigid motion)")
 
-    def add_forces(self, iterate, work, forces):
+    def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
-        (n_dof,); ``work``: ``SpinWork``."""
+        (n_dof,).
+
+        Args:
+            iterate: ``Iterate``.
+            driven: ``Rates``.
+            slacks: (n,) angles at which springs are slack at the end [rad].
+            motors: (n,) moments of motors [N m].
+            work: ``SpinWork`` of it.
+            forces: added to.
+
+        Raises:
+            NotConverged: a joint turns by a right angle or more in the step.
+        """
         state, step, delta = iterate[:3]
         u, d = self._u, self._d
-        self._turn(state.chart, delta)
+        self._turn(self._nodes, self._local, self._n_rot, state.chart, delta[self.dofs],
+                   self._turns)
         self._place(self._terms, state.x, state.x_low, work.dx, work.frames, u[1], d[1])
-        means = self._G[1:], 0.5 * (u[0] + u[1]), 0.5 * (d[0] + d[1])
-        for G, frames, turns, at, arms in (
-                (self._G[1], state.chart, self._no_turns, *means[1:]),
-                (self._G[2], state.chart, self._turns, u[1], d[1])):
-            self._gradients(self._terms, self._pairs, self._local, self._n_rot, frames, turns, at,
-                            arms, G)
-        one, other = self._pairs.T
-        self.off = np.sum(u[1][one] * u[1][other], axis=1) - self._values
+        *mean, change = self._mean_weights()
+        self._G_m = self._rows(state.chart, 0.5 * (u[0] + u[1]), 0.5 * (d[0] + d[1]), *mean)
+        self._D = self._rows(state.chart, u[1], d[1], *self._weights(u[1]), self._turns)
+        self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:], _ = self._rates_end(work.frames, rates)
-        forces[self.dofs] += self._impulses(state.chart, work.frames, step.rate_delta)
-        forces[self.dofs] -= self._G[1].T @ self.forces
+        self._n[:], _ = self._rates_end(work.frames, rates, driven)
+        spread = np.zeros(len(self.dofs))
+        self._spread(self._nodes, self._local, self._n_rot, state.chart, work.frames,
+                     step.rate_delta, self._impulse @ self._n, spread)
+        forces[self.dofs] += spread - self._G_m.T @ self.forces
 
-    def _turn(self, frames, delta):
-        """Cayley vectors of the nodes, from their components."""
-        th = delta[self.dofs]
-        for i in self._nodes:
-            at = self._local[i] + 3
-            if self._n_rot[i] == 2:
-                self._turns[i] = th[at] * frames[i, 1] - th[at + 1] * frames[i, 0]
-            else:
-                self._turns[i] = th[at:at + 3] @ frames[i]
+    def _miss(self, state, change, step, driven, slacks, motors):
+        """By how much rows are missed."""
+        one, other = self._pairs[:self._m].T
+        self.off[:self._m] = np.sum(self._u[1][one] * self._u[1][other], axis=1) - self._values
+        n, places = len(self._driven), self._places
+        angle = state.hinges[places, hinges.ANGLE] + change
+        self.off[self._m:self._hard] = angle[:n] - driven.angle
+        places, found = places[n:], np.empty((len(places) - n, 2))
+        if len(places):
+            self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
+                          angle[n:], 1.0 - step.alpha_f, step.rate_delta, found)
+            stiffness = np.maximum(found[:, 1], LEAST * self._stiff(step))
+            self._give[self._hard:] = 1.0 / stiffness
+            self.off[self._hard:] = -(found[:, 0] + motors[places]
+                                      + self.forces[self._hard:]) / stiffness
 
-    def _rates_end(self, frames, rates):
-        """n by which ``G_1 v_1 = 0``, and L_1^-1 G_1, of rates (n_local,) without impulses."""
-        G = self._G[3]
-        self._gradients(self._terms, self._pairs, self._local, self._n_rot, frames,
-                        self._no_turns, self._u[1], self._d[1], G)
+    def _stiff(self, step):
+        """(k,) what inertia has for a stiffness against the moments [N m/rad]."""
+        return step.delta / np.maximum(np.diag(self._mobility(self._D[self._hard:])), TINY)
+
+    def _rates_end(self, frames, rates, driven):
+        """n by which ``G_1 v_1`` is what drives want, and L_1^-1 G_1, of rates (n_local,) without
+        impulses."""
+        G = self._rows(frames, self._u[1], self._d[1], *self._weights(self._u[1]))[:self._hard]
         root = _root(self._mobility(G))
-        return (np.linalg.solve(G @ self._inverse_here @ self._impulse + root, G @ rates),
+        missed = G @ rates
+        missed[self._m:] -= driven.after
+        return (np.linalg.solve(G @ self._inverse_here @ self._impulse + root, missed),
                 solve_triangular(root, G, lower=True))
-
-    def _impulses(self, before, after, rate):
-        """(n_local,) forces of the impulse at the start, which also is one at the end: ``2 a/dt``,
-        ``(a_l + sum_k b_l0 . b_k1 a_k)/dt`` on turns."""
-        a = self._impulse @ self._n
-        found = 2.0 * rate * a
-        for i in self._nodes:
-            at = slice(self._local[i] + 3, self._local[i] + 3 + self._n_rot[i])
-            b_0, b_1 = (_basis(frames[i], self._n_rot[i]) for frames in (before, after))
-            found[at] = rate * (a[at] + b_0 @ (b_1.T @ a[at]))
-        return found
 
     def closed(self):
         """Whether the constraints hold, but for what the next correction mends."""
-        return bool(np.all(np.abs(self.off) <= np.sqrt(CLOSED) * self._scale))
+        return bool(np.all(np.abs(self.off) <= CLOSED * self._scale))
 
     def columns(self):
         """(m, n_dof) rows of ``G_m``, what supports leave free."""
         rows = np.zeros((len(self.owners), len(self._inverse)))
-        rows[:, self.dofs] = self._G[1]
+        rows[:, self.dofs] = self._G_m
         return [self._free(row) for row in rows]
 
     def split(self, moved, columns):
         """Changes of the multipliers for a correction ``moved`` (n_local,) without them, of which
         each takes off ``columns`` (n_local, m)."""
-        D = self._G[2]
-        change = np.linalg.solve(D @ columns, D @ moved + self.off)
+        matrix = self._D @ columns
+        matrix[np.diag_indices(len(matrix))] += self._give
+        change = np.linalg.solve(matrix, self._D @ moved + self.off)
         self.forces += change
         return change
 
-    def settle(self, state):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints."""
+    def settle(self, state, delta, driven):
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the work
+        of the drives in it [J]."""
+        work = -self.forces[self._m:self._hard] @ (self._G_m[self._m:self._hard]
+                                                   @ delta[self.dofs])
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
-        n, end = self._rates_end(state.chart, state.velocity[self.dofs])
+        n, end = self._rates_end(state.chart, state.velocity[self.dofs], driven)
         state.velocity[:] -= self._inverse @ (self._impulse @ n + end.T @ n)
+        if self._driven:
+            work += driven.before @ self._by_row(self._G_0, n)
+            work -= driven.after @ self._by_row(self._rows(
+                state.chart, self._u[1], self._d[1], *self._weights(self._u[1]))[:self._hard], n)
+        return float(work)
 
-
-def _basis(frame, n_rot):
-    """(n_rot, 3) rows b_k, see ``kernels.spins``."""
-    return frame if n_rot == 3 else np.stack([frame[1], -frame[0]])
+    def _by_row(self, G, n):
+        """``L^-T n`` of the drives."""
+        return solve_triangular(_root(self._mobility(G)).T, n, lower=False)[self._m:]
 
 
 def _root(S):

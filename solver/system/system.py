@@ -30,6 +30,7 @@ from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
+from .turning import Turnings
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
@@ -51,7 +52,8 @@ class System:
         residual: ``arguments.Residual`` of the last iterate.
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
-        hinges: ``Hinges`` that have a moment.
+        turnings: ``Turnings``, moments of joints.
+        hinges: ``Hinges`` that have one.
         bodies: ``Bodies``, rigid ones.
         linked: ``Multipliers``, None but in the exact scheme.
         driven: ``Driven``, the motion of the supports.
@@ -74,7 +76,8 @@ class System:
         where they have one."""
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
-        self._turning, self.hinges = springs.TurningSprings(model), Hinges(model)
+        self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
+        self.hinges = Hinges(model, self.turnings)
         self.bodies, self.linked = Bodies(model), None
         if not self.exact and (model.bodies or model.linked):
             raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
@@ -140,7 +143,7 @@ class System:
         """
         check_acting(self.model)
         state = self.coordinates.initial_state(self.model, start)
-        state.hinges[:, SLACK] = self.hinges.slacks(at_time(0.0))
+        state.hinges[:, SLACK] = self.turnings.slacks(at_time(0.0))
         return state
 
     def initial_state(self, start=None):
@@ -153,15 +156,21 @@ class System:
             state.acceleration[:] = self.free(state.acceleration)
         return state
 
-    def loads(self, time, end=None):
-        """``Applied`` loads at a time [s], of a step to the ``end`` [s], that time if left out."""
-        return self.loads_by(at_time(time), None if end is None else at_time(end))
+    def loads(self, time, start=None, end=None):
+        """``Applied`` loads at a time [s], of a step from ``start`` to ``end`` [s], that time if
+        left out."""
+        if end is None:
+            return self.loads_by(at_time(time))
+        driven = self.linked and self.linked.driven(
+            *(lambda part, t=t: at_time(t + part * (end - start)) for t in (start, end)),
+            end - start)
+        return self.loads_by(at_time(time), at_time(end), driven)
 
-    def loads_by(self, value, at_end=None):
-        """``Applied`` loads with ``value(history)`` for each function of time, of hinges' springs
+    def loads_by(self, value, at_end=None, driven=None):
+        """``Applied`` loads with ``value(history)`` for each function of time, of joints' springs
         ``at_end(history)``."""
         return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items),
-                       self.hinges.motors(value), self.hinges.slacks(at_end or value))
+                       self.turnings.motors(value), self.turnings.slacks(at_end or value), driven)
 
     def work_of_supports(self, delta):
         """Work of the reactions in the increment ``delta`` that was assembled last [J]."""
@@ -203,8 +212,10 @@ class System:
             place.observed = self.bodies.observed(place.observed, state, place.start)
         if self.hinges:
             self.hinges.follow(state, place.start.p)
-        if self._springs or self.hinges:
-            stored = self._turning.energy(place.start.p) + self.hinges.energy(state)
+        if self.linked:
+            self.linked.follow(state)
+        if self._springs or self.turnings:
+            stored = self._turning.energy(place.start.p) + self.turnings.energy(state)
             stored += sum(spring.energy(state) for spring in self._springs)
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
@@ -248,7 +259,8 @@ class System:
             if self.bodies:
                 self.bodies.add_forces(iterate, self.inner_forces)
             if self.linked:
-                self.linked.add_forces(iterate, self.nodal, self.inner_forces)
+                self.linked.add_forces(iterate, loads.driven, loads.slacks, loads.motors,
+                                       self.nodal, self.inner_forces)
             self.inner_forces += self._ground_forces
             dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
