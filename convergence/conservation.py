@@ -17,7 +17,7 @@ import pandas as pd
 from corovec import ResultFileError, Scheme, read, total_energy
 from corovec.benchmarks import load_case
 from corovec.solver.checks import choice
-from corovec.solver.dynamics.result import unloaded_row
+from corovec.solver.dynamics.result import unaccounted, unloaded_row
 from corovec.verification.case import Row, at_least, small
 
 from .study import case_run
@@ -228,8 +228,8 @@ def _curves(study, outcomes):
             first = contents and unloaded_row(contents["history"], outcome.run.model.unloaded_at)
             if first is not None:
                 history = contents["history"][first:]
-                energy = total_energy(history)
-                drift = np.maximum.accumulate(np.abs(energy / energy[0] - 1.0))
+                left = unaccounted(history)
+                drift = np.maximum.accumulate(np.abs(left - left[0])) / total_energy(history)[0]
                 rows = np.unique(np.linspace(1, len(history) - 1, INSTANTS).round().astype(int))
                 for time, value in zip(history["time"][rows], drift[rows]):
                     yield {"case": study.case, "scheme": scheme, "dt": dt, "time": time,
@@ -258,7 +258,8 @@ def verdicts(study, tables):
     where = f"{study.plan.end_time:g} s, all steps"
     kept = {f"{name} momentum": f"{name}_momentum_drift" for name in ("linear", "angular")}
     for scheme, names in (("exact", {"energy": "energy_drift", **kept}),
-                          ("dissipating", {"energy, rise": "energy_rise", **kept})):
+                          ("dissipating", {"energy and what is dissipated": "energy_drift",
+                                           "energy, rise": "energy_rise", **kept})):
         for name, column in names.items() if len(of[scheme]) else ():
             yield small(f"{scheme}: {name}, {where}", of[scheme][column].max(skipna=False),
                         ROUNDING, "rounding of every step, at any step")

@@ -318,7 +318,10 @@ class _Progress:
 
     def __init__(self, n_steps, unloaded_at):
         from tqdm import tqdm
+
+        from .dynamics.result import unaccounted
         self._bar = tqdm(total=n_steps, unit="step", disable=None, file=sys.stderr)
+        self._unaccounted = unaccounted
         self._unloaded_at = unloaded_at
         self._reference = None
         self._largest = 0.0
@@ -332,12 +335,13 @@ class _Progress:
     def __call__(self, step, n_steps, row):
         if self._bar.disable:
             return
-        energy = row["kinetic_energy"] + row["strain_energy"]
         if row["time"] >= self._unloaded_at * (1.0 - 1e-12):
-            self._reference = energy if self._reference is None else self._reference
-            if self._reference > 0.0:
-                change = abs(energy / self._reference - 1.0)
-                self._largest = max(self._largest, change)
+            left = self._unaccounted(row)
+            if self._reference is None:
+                self._reference = left, row["kinetic_energy"] + row["strain_energy"]
+            first, energy = self._reference
+            if energy > 0.0:
+                self._largest = max(self._largest, abs(left - first) / energy)
         drift = f", drift {self._largest:.1e}" if self._reference is not None else ""
         self._bar.set_postfix_str(f"t = {row['time']:.4g} s{drift}", refresh=False)
         self._bar.update(step - self._bar.n)
