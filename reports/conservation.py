@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from corovec.convergence.conservation import SCHEMES
+from corovec.convergence.conservation import HALVED, KEPT, SCHEMES
 
 from .drawings import benchmarks
 from .style import CURVES, MARKERS, WIDTH, styled
@@ -76,8 +76,10 @@ def largest(study):
                  ("case", "scheme", "largest step [s]", "of the paper's step", "energy drift",
                   "linear momentum", "angular momentum", "iterations a step",
                   "CPU s a simulated s"),
-                 rows, ["Held: the flight comes to its end with less than 0.1 % of its steps "
-                        "halved.  +: no larger step was tried."])
+                 rows, [f"Held: the flight comes to its end with at most {percent(HALVED)} of its "
+                        "steps halved, and from unloading to there energy and momenta drift by at "
+                        f"most {percent(KEPT)}.  Energy: with what is dissipated.  +: no larger "
+                        "step was tried."])
 
 
 def flights(study):
