@@ -67,6 +67,27 @@ class Comparison:
             for case, own in rows.groupby("case", sort=False)))
 
 
+def summary(study):
+    """What the exact scheme keeps, and which steps it and quasi hold, in words; empty without a
+    flight of it."""
+    drifts = {name: [row[f"{name}_drift"] for row in study["flights"]
+                     if row["scheme"] == "exact" and row[f"{name}_drift"] is not None]
+              for name in ("energy", "linear_momentum", "angular_momentum")}
+    if not drifts["energy"]:
+        return ""
+    steps = {}
+    for row in study["schemes"]:
+        steps.setdefault(row["case"], {})[row["scheme"]] = (
+            number(row["largest_step"], 2) + (" or more" if row["larger_untried"] else ""))
+    held = "; ".join(f"{_short(case)} {of['exact']} s ({of['quasi']} s)"
+                     for case, of in steps.items() if {"exact", "quasi"} <= set(of))
+    kept = ", ".join(f"{name.replace('_', ' ')} {number(max(values), 2)}"
+                     for name, values in drifts.items())
+    n = len(drifts["energy"])
+    return (f"drifts of {n} flight{'s' if n > 1 else ''} at most: {kept}; largest step that it holds "
+            f"(quasi): {held}")
+
+
 def largest(study):
     """The largest time step that each scheme holds, and what it keeps at it."""
     rows = [[_short(row["case"]), NAMES[row["scheme"]],
