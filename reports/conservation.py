@@ -84,8 +84,8 @@ def summary(study):
     kept = ", ".join(f"{name.replace('_', ' ')} {number(max(values), 2)}"
                      for name, values in drifts.items())
     n = len(drifts["energy"])
-    return (f"drifts of {n} flight{'s' if n > 1 else ''} at most: {kept}; largest step that it holds "
-            f"(quasi): {held}")
+    return (f"drifts of {n} flight{'s' if n > 1 else ''} at most: {kept}; largest step that it "
+            f"holds (quasi): {held}")
 
 
 def largest(study):
