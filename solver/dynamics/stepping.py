@@ -1,6 +1,7 @@
 """Steps of a motion: each solved by Newton's iteration, halved where that fails."""
 
 from ..errors import StepError
+from ..kernels.hinges import SLACK
 from ..system.damping import Dissipation, strains
 from ..system.failure import NotConverged
 from ..system.loads import Iterate, at_time
@@ -51,7 +52,7 @@ class Stepper:
                 and work have drifted apart.
         """
         scheme = self._scheme
-        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt)
+        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt, time, time + dt)
         if dt not in self._factors:
             midpoint = scheme.midpoint(dt)
             if self.system.damping:
@@ -98,7 +99,11 @@ class Stepper:
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
+            if system.linked:
+                work += system.linked.settle(state, delta, problem.loads.driven)
             switches = system.coordinates.renew(state, dt)
+            if system.turnings:
+                state.hinges[:, SLACK] = problem.loads.slacks
             system.observe(state, place)
             if system.driven.moving:
                 driven -= place.observed.energy
@@ -107,6 +112,10 @@ class Stepper:
                 driven += place.observed.energy
             if system.damping:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
+            if system.turnings:
+                turned = system.turnings.turned(self._before, state, problem.loads.motors, dt)
+                work, lost = work + turned.work, lost + turned.lost
+                system.turnings.latch(state)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
             state.external_work += work
@@ -136,7 +145,7 @@ class Stepper:
         system = self.system
         loads = problem.loads
         if self._scheme.alpha_f != 0.5:
-            loads = system.loads(time + 0.5 * problem.dt)
+            loads = system.loads(time + 0.5 * problem.dt, time, time + problem.dt)
             if not system.all_dead:
                 system.assemble(problem.state, problem.place, problem.step, delta, loads,
                                 averaged=problem.averaged, tangent=False)

@@ -389,6 +389,7 @@ class Turning(NamedTuple):
     Attributes:
         corner: (n_nodes,) an element beside each node.
         held: (n_nodes,) bool, nodes with a support.
+        twin: (n_nodes,) the first of the nodes that move with each.
         frames: (n_nodes, 3, 3) axes of that element when the matrix was made.
         rates: (n_nodes, 3, 3) A_0, maps from rates of the variables then.
         Q: (n_nodes, 3, 3) rotation since then, of corrections.
@@ -399,9 +400,28 @@ class Turning(NamedTuple):
 
     corner: np.ndarray
     held: np.ndarray
+    twin: np.ndarray
     frames: np.ndarray
     rates: np.ndarray
     Q: np.ndarray
     J: np.ndarray
     Q_forces: np.ndarray
     J_forces: np.ndarray
+
+
+class Terms(NamedTuple):
+    """Vectors that move with bodies, see ``multipliers``.
+
+    Attributes:
+        first: (n + 1,) terms of vector k are ``first[k] .. first[k + 1] - 1``.
+        constant: (n, 3) their constant parts.
+        node: (n_terms,) node of each term.
+        alpha: (n_terms,) factor of its place.
+        body: (n_terms, 3) vector in its frame.
+    """
+
+    first: np.ndarray
+    constant: np.ndarray
+    node: np.ndarray
+    alpha: np.ndarray
+    body: np.ndarray

@@ -274,8 +274,8 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
         residual: ``Residual``.
         work: ``NodalWork``.
         share: ``Share``.
-        part: which part of it, see ``arguments.WHOLE``; whoever takes it in parts makes ``values``
-            zero.
+        part: which part of it, see ``arguments.WHOLE``; whoever takes it in parts sees to what is
+            of no node: zero ``values``, ``residual.applied`` and ``residual.balance``.
 
     Returns:
         A node whose directors leave its chart.
@@ -285,8 +285,11 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
         if lost != DONE:
             return lost
         clear(dofs.nodes.first, step, loads.on_normals, share, work)
-    if part == WHOLE and with_tangent:
-        values[:] = 0.0
+    if part == WHOLE:
+        for k in range(residual.applied.shape[0]):
+            residual.applied[k] = loads.forces[k]
+        if with_tangent:
+            values[:] = 0.0
     if part == WHOLE or part == ELEMENTS:
         add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent,
                      predicted, values, work, share)
@@ -297,6 +300,9 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
             add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work,
                           force_p, values, share.first, share.last)
             hold(dofs, storage, values, share.first, share.last)
+    if part == WHOLE:
+        for k in range(residual.balance.shape[0]):
+            residual.balance[k] = 0.0 if dofs.fixed[k] else residual.unmasked[k]
     return DONE
 
 
@@ -433,16 +439,12 @@ def _couples(R, g, f_p):
 
 @kernel
 def reduce(dofs, chart, averaged, p_start, loads, residual, work, share):
-    """Chain rule to rotational variables, ``f_n = A1^T f_p``, of the nodes of a ``Share``.  Held
-    dofs carry no residual."""
+    """Chain rule to rotational variables, ``f_n = A1^T f_p``, of the nodes of a ``Share``."""
     start, n_rot, first, _ = dofs.nodes
     _, _, p_mid, A1, _, _, force_x, force_p, rate_p, _ = work
-    balance, unmasked, applied = residual
-    fixed, moments = dofs.fixed, loads.moments
+    unmasked, applied, moments = residual.unmasked, residual.applied, loads.moments
     couple = np.empty(3)
     for i in range(share.first, share.last):
-        for k in range(start[i], start[i] + 3 + n_rot[i]):
-            applied[k] = loads.forces[k]
         for c in range(3):
             unmasked[start[i] + c] = applied[start[i] + c] - force_x[i, c]
         moment_forces(dofs.nodes, i, chart, p_mid, A1, moments, couple)
@@ -457,9 +459,6 @@ def reduce(dofs, chart, averaged, p_start, loads, residual, work, share):
             unmasked[start[i] + 3 + k] = applied[start[i] + 3 + k] - load
     if averaged:
         reduce_ends(dofs.nodes, chart, p_start, unmasked, work, share)
-    for i in range(share.first, share.last):
-        for k in range(start[i], start[i] + 3 + n_rot[i]):
-            balance[k] = 0.0 if fixed[k] else unmasked[k]
 
 
 @internal
