@@ -176,8 +176,7 @@ class _Run:
         self._system, self._settings, self._probes = system, settings, probes
         self._start = start and (start.displacement, start.directors, start.velocity,
                                  start.director_rates)
-        self.state = (system.initial_state(start) if settings.scheme.uses_accelerations
-                      else system.start(start))
+        self.state = system.initial_state(start, settings.scheme.uses_accelerations)
         system.driven.check(self.state, at_time(0.0))
         system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
         self.place = system.observe(self.state)

@@ -80,7 +80,7 @@ class ExactSystem(System):
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
-    def initial_state(self, start=None):
+    def initial_state(self, start=None, accelerations=False):
         """State at t = 0; accelerations take no part."""
         state = self.start(start)
         if self.linked:

@@ -150,9 +150,11 @@ class System:
         state.hinges[:, SLACK] = self.turnings.slacks(at_time(0.0))
         return state
 
-    def initial_state(self, start=None):
-        """The same with U_ddot from Eq. (55), for a motion."""
+    def initial_state(self, start=None, accelerations=True):
+        """The same with U_ddot from Eq. (55), for a motion, where they are wanted."""
         state = self.start(start)
+        if not accelerations:
+            return state
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
