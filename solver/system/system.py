@@ -302,7 +302,7 @@ class System:
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
         if self.linked:
-            force, moment = self.linked.on()
+            force, moment = self.linked.ground()
             found = found._replace(force=found.force + force, moment=found.moment + moment)
         if not self._inner:
             return found
