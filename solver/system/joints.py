@@ -109,6 +109,15 @@ class Hinges:
         """Add their stiffness in the iterate whose forces were added last."""
         self._add_stiffness(dofs, storage, self.cells, self._on_rotations, values, skew)
 
+    def linear(self, dofs, motion):
+        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from the state
+        whose forces were added last."""
+        at = (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
+        g, change = self._on_rotations[:, :4], np.zeros_like(motion)
+        turned = self._constants[:, hinges.K] * np.sum(g * motion[at], axis=1)
+        np.subtract.at(change, at, turned[:, None] * g)
+        return change
+
     def turned(self, before, state, motors, dt):
         """``Turned`` in a step of length dt [s] between two states."""
         k, slack = self._constants[:, hinges.K], hinges.SLACK

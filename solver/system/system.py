@@ -298,6 +298,8 @@ class System:
         their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
         are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
+        if self.hinges:
+            change += self.hinges.linear(self.dofs, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size

@@ -1,0 +1,398 @@
+"""Joints: hinges and spherical joints that conserve what they should, and what they refuse."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from corovec import (
+    Gravity,
+    Hinge,
+    InputError,
+    Model,
+    NodalLoad,
+    Scheme,
+    Settings,
+    Spherical,
+    Support,
+    TimeFunction,
+    block,
+    cut,
+    load_control,
+    read,
+    rigid_velocity,
+    simulate,
+    solve_linear,
+    total_energy,
+)
+from corovec.solver.kernels import hinges
+from corovec.solver.kernels.arguments import Motion, Nodes
+from corovec.solver.model.mesh import node_at
+from corovec.solver.system.joints import Hinges
+from corovec.verification.fuzz.kills import assert_same_bits
+from corovec.verification.shells import CLAMPED
+from corovec.verification.suites.exact import EXACT, gap
+
+HAT = TimeFunction((0.0, 0.5, 1.0), (0.0, 1.0, 0.0))
+TURN = TimeFunction((0.0, 1.0), (0.0, 1.0))
+MOMENTS = {
+    "free": {},
+    "spring": {"stiffness": 3.0, "rest": 1.0},
+    "servo": {"stiffness": 6.0, "rest": 1.5, "turning": TURN},
+    "damper": {"damping": 0.5},
+    "stops": {"stops": (-0.3, 0.3), "stop_stiffness": 50.0},
+    "latch": {"stiffness": 3.0, "rest": 2.0, "lock": 0.3, "lock_stiffness": 200.0,
+              "lock_damping": 1.0},
+    "motor": {"torque": 2.0, "history": TimeFunction((0.0, 1.0, 2.0), (0.0, 1.0, 0.0))},
+}
+ROUNDING = 1e-14
+"""Of a work of order one; 2000 steps had 2e-15."""
+
+ROUNDED = 1e-10
+"""Of energy and momenta: rounding of the residuals of 100 steps; quasi has 1e-6 and more."""
+
+
+# ------------------------------------------------------------------ the angle of a hinge
+
+
+def measured(e, p_a, p_b):
+    """The angle from its definition."""
+    return np.arctan2(e @ np.cross(p_a, p_b) / np.linalg.norm(e), p_a @ p_b)
+
+
+def kernel_forces(start, end, moment=1.0):
+    """Forces of a moment on the edge, p_a and p_b by the solver's kernel; ``start`` and ``end``:
+    (e, p_a, p_b)."""
+    (e_0, *p_0), (e_1, *p_1) = start, end
+    nodes = Nodes(np.array([0, 5]), np.array([2, 2]), np.arange(3), np.zeros((2, 3)))
+    place = np.array([[0.3, -0.2, 0.7]])
+    x = np.concatenate([place, place + e_0])
+    motion = Motion(x, np.zeros_like(x), np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros(10),
+                    np.zeros(10))
+    delta = np.zeros(10)
+    delta[5:8] = e_1 - e_0
+    constants = np.array([[0, 0, 0, -np.inf, np.inf, 0, np.inf, 0, 0]], dtype=float)
+    one, edge, on = np.array([[0, 1]]), np.zeros(3), np.zeros((2, 3))
+    for columns in ([0, 1, 2], [2, 0, 1]):
+        A1 = np.tile(np.ascontiguousarray(np.eye(3)[:, columns]), (2, 1, 1))
+        forces = np.zeros(10)
+        hinges.add_hinge_forces(
+            nodes, one, one, one, constants, np.zeros((1, 3)), np.array([moment]), np.zeros(1),
+            motion, delta, EXACT.midpoint(0.1), np.array(p_0), np.array(p_1), A1, forces,
+            np.zeros((1, 5)))
+        assert np.array_equal(forces[:3], -forces[5:8])
+        edge, on[:, columns[0]], on[:, columns[1]] = forces[5:8], forces[3::5], forces[4::5]
+    return np.stack([edge, *on])
+
+
+def folded(rng, angle, turn):
+    """(e, p_a, p_b) of a hinge that has folded by ``angle``, normals a little off its axis, and
+    turned by a rotation vector."""
+    p_b = Rotation.from_rotvec((angle, 0.0, 0.0)).apply((0.0, 0.0, 1.0))
+    parts = [(rng.uniform(0.5, 2.0), 0.0, 0.0), *(
+        p + rng.uniform(-0.1, 0.1, 3) for p in ((0.0, 0.0, 1.0), p_b))]
+    e, *normals = Rotation.from_rotvec(turn).apply(parts)
+    return np.array([e, *(p / np.linalg.norm(p) for p in normals)])
+
+
+def errors(forces, start, end):
+    """What the work and the moment about the origin are off by, of a moment 1 of the hinge."""
+    change = measured(*end) - measured(*start)
+    change -= 2.0 * np.pi * np.round(change / (2.0 * np.pi))
+    work = np.sum(forces * (end - start)) - change
+    return abs(work), np.abs(np.cross(0.5 * (start + end), forces).sum(axis=0)).max()
+
+
+def midpoint_forces(start, end):
+    """The wrong variant: the derivative of the angle in the middle."""
+    middle, step, found = 0.5 * (start + end), 1e-6, np.zeros((3, 3))
+    for k in np.ndindex(3, 3):
+        for sign in (0.5, -0.5):
+            moved = middle.copy()
+            moved[k] += sign * step
+            found[k] += 2.0 * sign * measured(*moved) / step
+    return found
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=100)
+def test_work_of_a_moment(seed):
+    """It is moment times change of angle in any step, whatever turns, with no moment about the
+    origin; a rigid motion does no work."""
+    rng = np.random.default_rng(seed)
+    angle, first = rng.uniform(-3.0, 3.0), rng.normal(size=3)
+    start = folded(rng, angle, first)
+    end = folded(rng, angle + rng.uniform(-1.0, 1.0), first + rng.normal(size=3) * 0.5)
+    work, moment = errors(kernel_forces(start, end), start, end)
+    assert work < ROUNDING and moment < ROUNDING
+    turned = Rotation.from_rotvec(rng.normal(size=3)).apply(start)
+    assert abs(np.sum(kernel_forces(start, turned) * (turned - start))) < ROUNDING
+    assert np.allclose(kernel_forces(start, end, -3.0), -3.0 * kernel_forces(start, end),
+                       rtol=1e-13, atol=1e-13)
+
+
+def test_the_derivative_in_the_middle_does_other_work():
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        start, end = folded(rng, 0.5, (0.0, 0.0, 0.0)), folded(rng, 1.2, (0.3, 0.2, 0.1))
+        assert errors(kernel_forces(start, end), start, end)[0] < ROUNDING
+        assert errors(midpoint_forces(start, end), start, end)[0] > 1e-2
+
+
+# ------------------------------------------------------------------ chains of plates in flight
+
+
+def chain(n=3, divisions=(2, 2), **moments):
+    """A free chain of n hinged plates 2 m x 1 m along x, under forces at three corners."""
+    mesh = block([(0, 0, 0), (2.0 * n, 0, 0), (2.0 * n, 1, 0), (0, 1, 0)],
+                 (n * divisions[0], divisions[1]))
+    joints = []
+    for k in range(1, n):
+        mesh, *sides = cut(mesh, (2.0 * k, 0, 0), (2.0 * k, 1, 0))
+        joints.append(Hinge(*sides, name=f"h{k}", **moments))
+    corners = ((0.0, 0.0, 0.0), (2.0 * n, 1.0, 0.0), (2.0 * n, 0.0, 0.0))
+    loads = [NodalLoad(node_at(mesh.nodes, corner), (0.0, 0.0, force), HAT)
+             for corner, force in zip(corners, (8.0, 5.0, -9.0))]
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, loads=loads, joints=joints)
+
+
+def run(model, scheme=EXACT, dt=0.02, end=2.0, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # drifts of other schemes and of wrong variants
+        return simulate(model, Settings(dt=dt, end_time=end, scheme=scheme), **options)
+
+
+def drifts(result):
+    """Largest errors of energy and works, of both momenta and the impulses of loads, relative."""
+    history = result.history
+    found, (dt, *_) = [gap(result)], np.diff(history["time"])
+    for momentum, load in (("linear_momentum", "load"), ("angular_momentum", "load_moment")):
+        missed = history[momentum] - dt * np.cumsum(history[load], axis=0)
+        found.append(np.abs(missed - missed[0]).max() / np.abs(history[momentum]).max())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("kind", MOMENTS)
+def test_chain_conserves(kind):
+    """Energy, works and losses, and both momenta; what is joined stays so to the last bit."""
+    model = chain(**MOMENTS[kind])
+    result = run(model)
+    assert drifts(result).max() < ROUNDED
+    for joint in model.joints:
+        assert np.array_equal(*((result.displacement + model.nodes)[list(side)]
+                                for side in (joint.nodes, joint.others)))
+    others = [node for joint in model.joints for node in joint.others]
+    assert np.abs(result.displacement[others]).max() > 0.1
+    quasi = drifts(run(model, Scheme()))
+    assert 1e-9 < quasi.max() < 1e-4
+
+
+def test_corners_that_turn_freely():
+    """A staircase of plates that hang together by their corners."""
+    plate = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (2, 2))
+    n = len(plate.nodes)
+    corners = [node_at(plate.nodes, corner) for corner in ((2, 1, 0), (0, 0, 0))]
+    joints = [Spherical((corners[0] + k * n, corners[1] + k * n + n)) for k in range(2)]
+    loads = [NodalLoad(node, (0.0, 1.0, force), HAT) for node, force in
+             ((1, 8.0), (n + 2, -9.0), (3 * n - 1, 5.0))]
+    model = Model(np.concatenate([plate.nodes + k * np.array((2.0, 1.0, 0.0)) for k in range(3)]),
+                  np.concatenate([plate.quads + k * n for k in range(3)]), 0.02, 2e8, 0.3, 1000.0,
+                  loads=loads, joints=joints)
+    result = run(model)
+    assert drifts(result).max() < ROUNDED
+    x = model.nodes + result.displacement
+    for joint in joints:
+        assert np.array_equal(*x[list(joint.nodes)])
+    assert np.ptp(result.directors[n:2 * n] @ result.directors[0]) > 0.0
+    assert result.directors[n] @ result.directors[0] < 0.99
+
+
+@pytest.mark.parametrize("kind", ["spring", "servo", "stops", "latch", "motor"])
+def test_moments_that_are_no_discrete_gradient_lose_energy(kind, monkeypatch):
+    """The derivative at the end of the step instead, which is right to first order."""
+    add_forces = Hinges.add_forces
+
+    def at_end(self, dofs, iterate, *others):
+        step = iterate.step._replace(alpha_f=0.0)
+        add_forces(self, dofs, iterate._replace(step=step), *others)
+
+    monkeypatch.setattr(Hinges, "add_forces", at_end)
+    assert drifts(run(chain(**MOMENTS[kind])))[0] > 1e5 * ROUNDED
+
+
+def test_each_moment_acts():
+    """The moments of ``MOMENTS`` do what they are there for, else nothing would be tested."""
+    ends = {kind: run(chain(**moments)) for kind, moments in MOMENTS.items()}
+    for kind, result in ends.items():
+        lost = result.history["dissipated"]
+        assert np.all(np.diff(lost) >= 0.0)
+        assert (lost[-1] > 1e-3) == (kind in ("damper", "latch")), kind
+        moved = np.abs(result.displacement - ends["free"].displacement).max()
+        assert kind == "free" or moved > 0.01, kind
+
+
+def test_a_latch_holds():
+    """Before its angle it does nothing; then it is a spring about it: the servo that has pushed the
+    plates there does not take them back."""
+    states, latch = [], Hinges.latch
+
+    def watched(self, state):
+        latch(self, state)
+        states.append(state.hinges.copy())
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Hinges, "latch", watched)
+        run(chain(2, **{**MOMENTS["latch"], "lock_damping": 20.0},
+                  turning=TimeFunction((2.0, 3.0), (1.0, -1.0))), end=6.0)
+    angles, locked, _ = np.moveaxis(states, 2, 0)
+    locked = locked > 0.0
+    assert np.all(np.diff(locked.astype(int), axis=0) >= 0) and locked[-1].all()
+    assert not locked[0].any()
+    assert angles[~locked].max() < 0.3
+    assert np.abs(angles[-50:].mean() - (200.0 * 0.3 - 3.0 * 2.0) / 203.0) < 0.02
+
+
+def test_what_a_damper_takes_is_what_is_lost():
+    """Two plates that fold freely at the start."""
+    model = chain(2, damping=20.0)
+    right = model.nodes[:, 0] > 2.0
+    right[list(model.joints[0].others)] = True
+    v, w = rigid_velocity(model, (0.0, 0.0, 0.0), (0.0, -2.0, 0.0), (2.0, 0.0, 0.0))
+    v[~right] = w[~right] = 0.0
+    joined = [*model.joints[0].nodes, *model.joints[0].others]
+    v[joined] = 0.0
+    history = run(replace(model, loads=(), velocity=v, normal_velocity=w)).history
+    energy, lost = total_energy(history), history["dissipated"]
+    assert lost[-1] > 0.1 * energy[0]
+    assert np.abs(energy[0] - energy - lost).max() < ROUNDED * energy[0]
+
+
+def test_a_parted_run_ends_in_the_same_bits(tmp_path):
+    """Angles, and whether a latch holds, are part of a checkpoint."""
+    class Ended(Exception):
+        pass
+
+    def ends(step, n_steps, row):
+        if step == 230:
+            raise Ended
+
+    model = chain(**MOMENTS["latch"])
+    whole, parted = tmp_path / "whole.h5", tmp_path / "parted.h5"
+    given = Settings(dt=0.02, end_time=6.0, scheme=EXACT, frame_every=5)
+    simulate(model, given, output=whole)
+    with pytest.raises(Ended):
+        simulate(model, given, output=parted, progress=ends)
+    assert 0 < read(parted)["step"] < 230
+    simulate(model, given, output=parted, resume=True)
+    assert_same_bits(whole, parted)
+
+
+# ------------------------------------------------------------------ statics and rigid limits
+
+
+def cantilever(k, force=1e-6):
+    """Two plates in a line, clamped at x = 0, that a spring holds together at x = 1."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (8, 2))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+    clamped = np.flatnonzero(mesh.nodes[:, 0] < 1e-9)
+    tip = np.flatnonzero(mesh.nodes[:, 0] > 2.0 - 1e-9)
+    loads = [NodalLoad(i, (0.0, 0.0, force * share)) for i, share in zip(tip, (0.25, 0.5, 0.25))]
+    return Model.of(mesh, 0.05, 1e9, 0.0, 1000.0, loads=loads, joints=[Hinge(*sides, stiffness=k)],
+                    supports=[Support(clamped, CLAMPED)]), tip[1]
+
+
+def test_a_cantilever_with_a_torsion_spring():
+    """The tip rises by ``P L^3 / (3 E I) + P L / (5/6 G h) + P (L/2)^2 / k``, of width 1; what the
+    spring adds is exact on any mesh."""
+    tips = {}
+    for k in (50.0, 200.0):
+        model, tip = cantilever(k)
+        path = load_control(model, (0.5, 1.0))
+        tips[k] = path.displacement[-1][tip, 2]
+        linear = solve_linear(model)
+        assert np.isclose(linear.displacement[tip, 2], tips[k], rtol=1e-8)
+        bent = 1e-6 * 2.0**3 / (3.0 * 1e9 * 0.05**3 / 12.0) + 1e-6 * 2.0 / (
+            5.0 / 6.0 * 0.5e9 * 0.05)
+        assert np.isclose(tips[k], bent + 1e-6 / k, rtol=0.005)
+    assert np.isclose(tips[50.0] - tips[200.0], 1e-6 * (1.0 / 50.0 - 1.0 / 200.0), rtol=1e-8)
+
+
+def test_mechanisms_are_found_and_named():
+    """Before anything is computed; each message tells what moves."""
+    model, _ = cantilever(0.0)
+    told = ("supports and joints leave 1 rigid motion free: of the part with node 5 rotation about "
+            "an axis along y: hold them by a Support, or a Hinge by its stiffness")
+    for solve in (solve_linear, lambda model: load_control(model, (1.0,))):
+        with pytest.raises(InputError, match=told):
+            solve(model)
+    rest = {"loads": (), "supports": model.supports}
+    three = chain(3)
+    clamped = np.flatnonzero(three.nodes[:, 0] < 1e-9)
+    hung = replace(three, **rest | {"supports": [Support(clamped, CLAMPED)]})
+    with pytest.raises(InputError, match="leave 2 rigid motions free: of the part with node 3 rota"
+                                         "tion about an axis along y; of the part with node 5 "):
+        solve_linear(hung)
+    end = np.flatnonzero(three.nodes[:, 0] > 6.0 - 1e-9)
+    pinned = [Support([*clamped, *end], ("x", "y", "z"))]
+    # three bars between two pins in a line: of first order, both inner hinges move
+    with pytest.raises(InputError, match="leave 2 rigid motions free"):
+        solve_linear(replace(three, loads=(), supports=pinned))
+    held = replace(three, supports=[Support(clamped, CLAMPED)], joints=[
+        replace(joint, stiffness=1.0) for joint in three.joints])
+    assert np.isfinite(solve_linear(held).displacement).all()
+    with pytest.raises(InputError, match="leave 6 rigid motions free: of the part with node 0 tr"):
+        solve_linear(replace(held, supports=()))
+
+
+def test_many_parts_are_looked_at():
+    """50 hinged plates between a clamp and a pin: 49 hinges, less what the pin takes, are free."""
+    many = chain(50, (1, 1))
+    ends = [np.flatnonzero(many.nodes[:, 0] < 1e-9), np.flatnonzero(many.nodes[:, 0] > 99.9)]
+    supports = [Support(ends[0], CLAMPED), Support(ends[1], ("x", "y", "z"))]
+    with pytest.raises(InputError, match="leave 48 rigid motions free: .*; and of 46 parts more"):
+        solve_linear(replace(many, loads=[Gravity((0.0, 0.0, -9.81))], supports=supports))
+
+
+def double_pendulum(bodies, gravity, start, times):
+    """Angles (n, 2) from the vertical of two rigid bodies, hinged at the origin and at the end of
+    the first; ``bodies``: (mass, place of its centre, moment of inertia about its centre, length).
+    """
+    (m1, c1, I1, l1), (m2, c2, I2, _) = bodies
+
+    def rates(_, y):
+        a, b, da, db = y
+        cos, sin = np.cos(a - b), np.sin(a - b)
+        M = np.array([[I1 + m1 * c1**2 + m2 * l1**2, m2 * l1 * c2 * cos],
+                      [m2 * l1 * c2 * cos, I2 + m2 * c2**2]])
+        f = [-m2 * l1 * c2 * sin * db**2 - (m1 * c1 + m2 * l1) * gravity * np.sin(a),
+             m2 * l1 * c2 * sin * da**2 - m2 * c2 * gravity * np.sin(b)]
+        return [da, db, *np.linalg.solve(M, f)]
+
+    return solve_ivp(rates, times[[0, -1]], [*start, 0.0, 0.0], "DOP853", times, rtol=1e-12,
+                     atol=1e-12).y[:2].T
+
+
+def test_two_stiff_plates_swing_as_a_double_pendulum():
+    """Released level, hung from an edge that turns freely: hinge and end of the second plate go
+    where those of rigid bodies do."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 0.5, 0), (0, 0.5, 0)], (4, 1))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 0.5, 0))
+    top = np.flatnonzero(mesh.nodes[:, 0] < 1e-9)
+    model = Model.of(mesh, 0.05, 1e12, 0.0, 1000.0, loads=[Gravity((0.0, 0.0, -9.81))],
+                     joints=[Hinge(*sides)], supports=[Support(top, ("x", "y", "z"))])
+    result = run(model, dt=0.001, end=1.0, probes={"end": node_at(mesh.nodes, (2, 0, 0)),
+                                                   "elbow": sides[0][0]})
+    mass = 1000.0 * 0.05 * 0.5
+    bodies = [(mass, 0.5, mass * (1.0 + 0.05**2) / 12.0, 1.0)] * 2
+    angles = double_pendulum(bodies, 9.81, (np.pi / 2, np.pi / 2), result.history["time"])
+    arms = np.stack([np.sin(angles), -np.cos(angles)], axis=2)
+    for name, place, start in (("elbow", arms[:, 0], 1.0), ("end", arms.sum(axis=1), 2.0)):
+        moved = result.history[f"{name}_u"][:, [0, 2]] + (start, 0.0)
+        assert np.abs(moved - place).max() < 1e-4
+    assert np.abs(angles[:, 0] - angles[:, 1]).max() > 0.5
+    assert drifts(result)[0] < ROUNDED
