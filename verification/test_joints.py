@@ -11,9 +11,13 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from corovec import (
+    Cyclic,
+    Drive,
     Gravity,
     Hinge,
     InputError,
+    JointProbe,
+    Mesh,
     Model,
     NodalLoad,
     Scheme,
@@ -23,6 +27,7 @@ from corovec import (
     TimeFunction,
     block,
     cut,
+    join,
     load_control,
     read,
     rigid_velocity,
@@ -32,6 +37,7 @@ from corovec import (
 )
 from corovec.solver.kernels import hinges
 from corovec.solver.kernels.arguments import Motion, Nodes
+from corovec.solver.model.cutting import apart
 from corovec.solver.model.mesh import node_at
 from corovec.solver.system.joints import Hinges
 from corovec.verification.fuzz.kills import assert_same_bits
@@ -292,6 +298,111 @@ def test_a_parted_run_ends_in_the_same_bits(tmp_path):
     assert_same_bits(whole, parted)
 
 
+# ------------------------------------------------------------------ what joints do
+
+
+def momenta(model, result):
+    """(n_nodes, 3) linear momenta at the end of a run."""
+    return model.nodal_mass[:, None] * result.velocity.reshape(-1, 5)[:, :3]
+
+
+@pytest.mark.parametrize("scheme", [EXACT, Scheme()])
+def test_reactions_are_those_of_supports(scheme):
+    """The first plate of a chain is clamped: with the loads, their resultant changes the momentum,
+    and there are none at the joints."""
+    model = chain(**MOMENTS["spring"])
+    clamped = np.flatnonzero(model.nodes[:, 0] < 1e-9)
+    model = replace(model, supports=[Support(clamped, CLAMPED)])
+    result = run(model, scheme, end=0.5, output=None)
+    history = result.history
+    change = np.diff(history["linear_momentum"], axis=0) / 0.02
+    reaction = history["reaction"][1:]
+    assert np.abs(reaction).max() > 1.0
+    missed = change - history["load"][1:] - reaction
+    assert np.abs(missed).max() < 1e-6 * np.abs(reaction).max()
+
+
+def test_frames_have_no_reactions_at_joints(tmp_path):
+    model = chain(**MOMENTS["spring"])
+    clamped = np.flatnonzero(model.nodes[:, 0] < 1e-9)
+    path = tmp_path / "run.h5"
+    run(replace(model, supports=[Support(clamped, CLAMPED)]), end=0.2, output=path)
+    found = read(path)["reaction"]
+    assert np.abs(found[-1][clamped]).max() > 0.1
+    assert not np.delete(found, clamped, axis=1).any()
+    run(model, end=0.2, output=tmp_path / "free.h5")
+    assert "reaction" not in read(tmp_path / "free.h5")
+
+
+@pytest.mark.parametrize("scheme", [EXACT, Scheme()])
+def test_forces_of_joints_move_the_plates(scheme):
+    """Force of a joint and of the loads on its first plate change the momentum of that plate; the
+    second plate has both joints; the moment changes it about the hinge."""
+    model = chain(**MOMENTS["spring"])
+    result = run(model, scheme, end=0.3, frame_every=1,
+                 probes={name: JointProbe(name) for name in ("h1", "h2")})
+    impulse = {name: 0.02 * result.probes[name]["joint_force"].sum(axis=0) for name in ("h1", "h2")}
+    middle = model.nodes[model.quads].mean(axis=1)[:, 0]
+    moved, loads = momenta(model, result), 0.02 * result.history["load"].sum(axis=0)
+    plates = [np.unique(model.quads[(middle > low) & (middle < low + 2.0)])
+              for low in (0.0, 2.0, 4.0)]
+    first, second, third = (moved[plate].sum(axis=0) for plate in plates)
+    applied = [sum(np.array(load.force) * 0.02 * sum(HAT(0.02 * k + 0.01) for k in range(15))
+                   for load in model.loads if load.node in plate) for plate in plates]
+    assert np.allclose(sum(applied), loads, rtol=1e-12)
+    size = np.abs(impulse["h1"]).max()
+    assert size > 0.1
+    for found, wanted in ((first - applied[0], impulse["h1"]),
+                          (second - applied[1], impulse["h2"] - impulse["h1"]),
+                          (third - applied[2], -impulse["h2"])):
+        assert np.abs(found - wanted).max() < 1e-8 * size
+
+
+def test_energies_of_joints_are_those_of_the_run():
+    """Stored, done and lost in all hinges: a free chain without loads has no other work or loss."""
+    turning = {"turning": TURN, "stiffness": 3.0, "rest": 1.0}
+    model = replace(chain(**turning, damping=0.2, torque=0.5, history=HAT), loads=())
+    result = run(model, probes={name: JointProbe(name) for name in ("h1", "h2")})
+    history = result.history
+    for what, whole in (("work", "external_work"), ("lost", "dissipated")):
+        assert np.abs(history[whole]).max() > 0.01
+        assert np.allclose(sum(result.probes[name][what] for name in ("h1", "h2")),
+                           history[whole], rtol=1e-12, atol=1e-15)
+    one = result.probes["h1"]
+    assert np.abs(np.diff(one["angle"]) - 0.02 * one["rate"][1:]).max() < 1e-15
+    slack = np.minimum(history["time"], 1.0)
+    assert np.allclose(one["stored"], 1.5 * (one["angle"] - slack)**2, rtol=1e-4)
+    middle = 0.5 * (one["angle"][1:] + one["angle"][:-1] - slack[1:] - slack[:-1])
+    pushed = 0.5 * HAT(history["time"][1:] - 0.01) - 3.0 * middle - 0.2 * one["rate"][1:]
+    assert np.allclose(one["hinge_moment"][1:], pushed, rtol=1e-9, atol=1e-9)
+
+
+def test_a_hinge_without_a_moment_has_an_angle():
+    """Also beyond half a turn; a spherical joint has a force alone."""
+    model = chain(2)
+    right = model.nodes[:, 0] > 2.0
+    v, w = rigid_velocity(model, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    w[right | np.isin(np.arange(len(w)), model.joints[0].others)] = np.cross((0.0, 4.0, 0.0),
+                                                                             (0.0, 0.0, 1.0))
+    v[right] = np.cross((0.0, 4.0, 0.0), model.nodes[right] - (2.0, 0.0, 0.0))
+    model = replace(model, loads=(), velocity=v, normal_velocity=w)
+    pinned = replace(model, joints=[replace(model.joints[0], name="")])
+    result = run(pinned, probes={"a": JointProbe("joint 0")})
+    turned = result.probes["a"]["angle"]
+    assert abs(turned[-1]) > 4.0 and np.abs(np.diff(turned)).max() < 0.3
+    p = result.directors[[side[0] for side in (model.joints[0].nodes, model.joints[0].others)]]
+    assert abs(np.cos(turned[-1]) - p[0] @ p[1]) < 0.02
+    assert not result.probes["a"]["hinge_moment"].any()
+
+
+@pytest.mark.parametrize(("probe", "told"), [
+    (lambda: JointProbe(3), "joint must be a text"),
+    (lambda: JointProbe("h9"), "probes: a: joint must be one of h1, h2, is 'h9'")])
+def test_wrong_probes_of_joints(probe, told):
+    with pytest.raises(InputError, match=told):
+        simulate(chain(), Settings(dt=0.1, end_time=0.1), probes={"a": probe()})
+
+
 # ------------------------------------------------------------------ statics and rigid limits
 
 
@@ -396,3 +507,138 @@ def test_two_stiff_plates_swing_as_a_double_pendulum():
         assert np.abs(moved - place).max() < 1e-4
     assert np.abs(angles[:, 0] - angles[:, 1]).max() > 0.5
     assert drifts(result)[0] < ROUNDED
+
+
+# ------------------------------------------------------------------ meshes that are opened
+
+
+def test_plates_that_are_apart_already():
+    """Meshes of files have nodes for each plate: ``cut`` finds them, in the same order."""
+    whole = block([(0, 0, 0), (4, 0, 0), (4, 1, 0), (0, 1, 0)], (4, 2))
+    opened = cut(whole, (2, 0, 0), (2, 1, 0))
+    again = cut(opened.mesh, (2, 0, 0), (2, 1, 0))
+    assert again.mesh is opened.mesh and again[1:] == opened[1:]
+    assert cut(opened.mesh, (2, 1, 0), (2, 0, 0))[1:] == (opened.others[::-1], opened.nodes[::-1])
+    centres = opened.mesh.nodes[opened.mesh.quads].mean(axis=1)[:, 0]
+    for side, right in ((opened.nodes, False), (opened.others, True)):
+        own = np.isin(opened.mesh.quads, side).any(axis=1)
+        assert np.all((centres[own] > 2.0) == right)
+    plates = [block([(0, 0, 0), (0, 1, 0), (x, 1, z), (x, 0, z)], (1, 1))
+              for x, z in ((1, 0), (-1, 0), (0, 1))]
+    fan = Mesh(np.concatenate([plate.nodes for plate in plates]),
+               np.concatenate([plate.quads + 4 * k for k, plate in enumerate(plates)]))
+    with pytest.raises(InputError, match="3 plates have edges between these points"):
+        cut(fan, (0, 0, 0), (0, 1, 0))
+
+
+def test_plates_that_touch_at_a_corner():
+    """Each gets a node of its own."""
+    mesh = join([block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (2, 2)),
+                 block([(2, 1, 0), (4, 1, 0), (4, 2, 0), (2, 2, 0)], (2, 2))])
+    opened, nodes = apart(mesh, (2, 1, 0))
+    assert len(opened.nodes) == len(mesh.nodes) + 1 and len(nodes) == 2
+    assert np.array_equal(opened.nodes[nodes[0]], opened.nodes[nodes[1]])
+    assert sorted(np.count_nonzero(opened.quads == node) for node in nodes) == [1, 1]
+    assert apart(opened, (2, 1, 0)) == (opened, nodes)
+    with pytest.raises(InputError, match=r"one plate only is at \[0.0, 0.0, 0.0\]"):
+        apart(mesh, (0, 0, 0))
+
+
+# ------------------------------------------------------------------ mistakes
+
+
+def two(**changes):
+    """A chain of two plates whose hinge is changed, or with other fields of the model."""
+    model = chain(2)
+    joint, = model.joints
+    return replace(model, joints=[replace(joint, **changes)])
+
+
+def cornered():
+    """A plate whose quarter is cut out, hinged on two edges that meet at a corner."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], (2, 2))
+    around = [node_at(mesh.nodes, place) for place in ((1, 0, 0), (1, 1, 0), (2, 1, 0))]
+    quads, n = np.array(mesh.quads), len(mesh.nodes)
+    corner = np.isin(quads, around).sum(axis=1) == 3
+    for k, node in enumerate(around):
+        quads[corner] = np.where(quads[corner] == node, n + k, quads[corner])
+    return Model(np.concatenate([mesh.nodes, mesh.nodes[around]]), quads, 0.1, 1e6, 0.3, 1.0,
+                 joints=[Hinge(around, range(n, n + 3))])
+
+
+def unlike():
+    """Plates with different divisions of a common edge."""
+    plates = [block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (1, 2)),
+              block([(1, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0)], (1, 3))]
+    n = len(plates[0].nodes)
+    edges = [np.flatnonzero(plate.nodes[:, 0] == 1.0) for plate in plates]
+    return Hinge(edges[0], edges[1] + n)
+
+
+def driven():
+    model = chain(2)
+    return replace(model, supports=[Drive(model.joints[0].nodes, (0.0, 0.0, 0.1), history=HAT)])
+
+
+def moving():
+    model = chain(2)
+    velocity = np.zeros(model.nodes.shape)
+    velocity[model.joints[0].others[1], 2] = 1.0
+    return replace(model, velocity=velocity)
+
+
+def tilted():
+    """Normals that are not at right angles to the hinge."""
+    model = chain(2, stiffness=1.0)
+    return replace(model, normals=np.tile((0.0, 0.6, 0.8), (len(model.normals), 1)))
+
+
+def nowhere():
+    """An edge from a node to the other at the same place."""
+    (one, *_), (other, *_) = chain(2).joints[0].tied.T.tolist()
+    return two(nodes=(one, other), others=(other, one))
+
+
+def on_the_edge_of_a_sector():
+    c, s = np.cos(np.pi / 6.0), np.sin(np.pi / 6.0)
+    mesh = block([(1, 0, 0), (2, 0, 0), (2 * c, 2 * s, 0), (c, s, 0)], (2, 1))
+    mesh, *sides = cut(mesh, (1.5, 0, 0), (1.5 * c, 1.5 * s, 0))
+    return Model.of(mesh, 0.1, 1e6, 0.3, 1.0, joints=[Hinge(*sides)], cyclic=Cyclic(12))
+
+
+MISTAKES = {
+    "one body": (lambda: two(others=chain(2).joints[0].nodes),
+                 "h1: node 2 is joined to itself; each plate needs nodes of its own there"),
+    "one element": (lambda: replace(chain(2), joints=[Spherical((0, 1))]),
+                    "nodes 0 and 1 are 1 m apart, joined nodes must be at the same place"),
+    "not at one place": (lambda: two(others=chain(2).joints[0].others[::-1]),
+                         "h1: nodes 2 and 1[0-9] are 1 m apart, joined nodes must be at the same"),
+    "different lengths": (unlike, "hinge: 3 nodes but 4 others"),
+    "one node": (lambda: Hinge((1,), (2,)), r"an edge has two nodes or more, 1 given \(a single"),
+    "curved edge": (cornered, "its edge is not straight: place 1 of it lies 0.707 m beside"),
+    "axis along nothing": (nowhere, "h1: its edge begins and ends at one place"),
+    "normal along the axis": (tilted, "h1: the normal of node 2 is not at right angles to the ax"),
+    "edge of a sector": (on_the_edge_of_a_sector, "cyclic: node . on an edge of the sector is j"),
+    "driven node": (driven, "support 0: a Drive moves node 2, which is joined; hold its plate"),
+    "velocities": (moving, "h1: nodes 7 and 1[0-9] start with different velocities"),
+    "names twice": (lambda: replace(chain(3), joints=[
+        replace(joint, name="a") for joint in chain(3).joints]), "two joints are named 'a'"),
+    "stops without stiffness": (lambda: two(stops=(-1.0, 1.0)),
+                                r"hinge h1: stop_stiffness must be positive \[N m/rad\], is 0"),
+    "stops beside the start": (lambda: two(stops=(0.1, 1.0), stop_stiffness=1.0),
+                               "stops must be two angles, the smaller first, with the initial"),
+    "latch at the start": (lambda: two(lock=0.0, lock_stiffness=1.0),
+                           "hinge h1: lock must not be the initial angle 0: that is no hinge"),
+    "latch without stiffness": (lambda: two(lock=1.0), "lock_stiffness must be positive"),
+    "no joint": (lambda: replace(chain(2), joints=["h1"]), r"joints\[0\] must be one of Spherical"),
+    "unjoined": (lambda: replace(chain(2), joints=()), "nodes 2 and 1[0-9] are at the same place"),
+    "missing node": (lambda: two(others=(90, 91, 92)), "h1: node 90 does not exist"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistakes(mistake):
+    """Each has an error that tells what is wrong, and where."""
+    make, told = MISTAKES[mistake]
+    with pytest.raises(InputError, match=told):
+        make()

@@ -1,9 +1,11 @@
-"""Hinges with springs, dampers, stops, latches and motors, as items of the system."""
+"""Hinges with springs, dampers, stops, latches and motors, as items of the system; what joints
+hold."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
 
 from ..kernels import hinges
 from ..kernels.arguments import DONE
@@ -17,12 +19,65 @@ class Turned(NamedTuple):
     """What hinges did in a step.
 
     Attributes:
-        work: of their motors and servos [J].
-        lost: what their dampers took [J].
+        work: (n,) of their motors and servos at every place [J].
+        lost: (n,) what their dampers took there [J].
     """
 
-    work: float
-    lost: float
+    work: np.ndarray
+    lost: np.ndarray
+
+
+class Angle:
+    """The angle of a hinge of a model, whether it has a moment or not."""
+
+    def __init__(self, model, hinge):
+        """``hinge``: ``Hinge``."""
+        line, cells = np.array(hinge.nodes), hinge.tied
+        self._edges, self._share = _edges(line), shares_of_edge(model.nodes[line])
+        self._directors = model.directors.first[cells]
+        self._angles, self._found = Call(hinges.angles), np.zeros(len(cells))
+        self._initial = 0.0
+        self._initial = self._measured(blank_state(model.nodes, 0), model.normals).copy()
+
+    def __call__(self, state, p, last):
+        """The mean angle [rad] at a state with normals p, within half a turn of the ``last``."""
+        found = self._measured(state, p)
+        return float(self._share @ (found + 2.0 * np.pi * np.round((last - found)
+                                                                   / (2.0 * np.pi))))
+
+    def _measured(self, state, p):
+        self._angles(self._edges, self._directors, state.motion, p, self._found)
+        return self._found - self._initial
+
+
+class JointForces:
+    """Forces by which each joint holds the first of its plates, of those on joined nodes."""
+
+    def __init__(self, model, joined):
+        """``joined``: nodes in the order of the forces."""
+        at = {node: k for k, node in enumerate(joined.tolist())}
+        group_of = {node: k for k, group in enumerate(model.joined) for node in group}
+        pairs = [[] for _ in model.joined]
+        for number, joint in enumerate(model.joints):
+            for one, other in joint.tied.tolist():
+                pairs[group_of[one]].append((number, one, other))
+        rows, columns, values = [], [], []
+        for group, tied in zip(model.joined, pairs):
+            places = {node: k for k, node in enumerate(group)}
+            A = np.zeros((len(group), len(tied)))
+            for k, (_, one, other) in enumerate(tied):
+                A[places[one], k], A[places[other], k] = 1.0, -1.0
+            # of a loop of joints at one place, the least forces that there are
+            for (number, *_), row in zip(tied, np.linalg.pinv(A)):
+                rows += [number] * len(group)
+                columns += [at[node] for node in group]
+                values += row.tolist()
+        self._of_joints = coo_array((values, (rows, columns)),
+                                    shape=(len(model.joints), len(joined))).tocsr()
+
+    def __call__(self, forces):
+        """(n_joints, 3) of forces (n_joined, 3) on the nodes [N]."""
+        return self._of_joints @ forces
 
 
 class Hinges:
@@ -38,11 +93,11 @@ class Hinges:
         for number, joint in enumerate(model.joints):
             if not (isinstance(joint, Hinge) and joint.acts):
                 continue
-            line, last = np.array(joint.nodes), len(joint.nodes) - 1
+            line = np.array(joint.nodes)
             share = shares_of_edge(model.nodes[line])
+            edges.extend(_edges(line))
             for k in range(len(line)):
                 cells.append((joint.nodes[k], joint.others[k]))
-                edges.append((line[max(k - 1, 0)], line[min(k + 1, last)]))
                 constants.append(_constants(joint, share[k]))
                 joints.append(number)
                 shares.append(share[k])
@@ -52,7 +107,7 @@ class Hinges:
         self._constants = np.array(constants).reshape(-1, 9)
         self._shares = np.array(shares)
         self._directors = model.directors.first[self.cells]
-        self._on_rotations, self._found = np.zeros((len(cells), 5)), np.zeros(len(cells))
+        self._on_rotations, self._found = np.zeros((len(cells), 6)), np.zeros(len(cells))
         self._energy = Call(hinges.energy)
         self._add_forces = Call(hinges.add_hinge_forces)
         self._add_stiffness = Call(hinges.add_hinge_stiffness)
@@ -125,31 +180,37 @@ class Hinges:
         moved = state.hinges[:, slack] - before.hinges[:, slack]
         pull = 0.5 * k * (state.hinges[:, hinges.ANGLE] + before.hinges[:, hinges.ANGLE]
                           - state.hinges[:, slack] - before.hinges[:, slack])
-        damping = self._damping(before)
-        return Turned(float(motors @ change - pull @ moved), float(damping @ change**2) / dt)
+        return Turned(motors * change - pull * moved, self._damping(before) * change**2 / dt)
+
+    def by_joint(self, values, n_joints):
+        """Sums (n_joints,) of values (n,) at places."""
+        return np.bincount(self.joints, values, n_joints)
+
+    @property
+    def moments(self):
+        """(n,) that turn the hinges on, motors among them, of the forces that were added last
+        [N m]."""
+        return self._on_rotations[:, 5]
+
+    def energy_of(self, number, state):
+        """Energy of springs, stops and latches of the hinge ``number`` [J]."""
+        at = self.joints == number
+        return self._energy(self._constants[at], state.hinges[at])
 
     def _damping(self, state):
         """(n,) of dampers and of latches that hold [N m s/rad]."""
         own = self._constants
         return own[:, hinges.DAMPING] + state.hinges[:, hinges.LOCKED] * own[:, hinges.LOCK_DAMPING]
 
-    def angle(self, number, state, place):
-        """Mean angle [rad] and rate [rad/s] of the hinge ``number``."""
-        at = self.joints == number
-        a, b = self._directors[at].T
-        i, j = self._edges[at].T
-        edge = state.x[j] - state.x[i]
-        edge /= np.linalg.norm(edge, axis=1, keepdims=True)
-        p, rate = place.start.p, place.start.p_dot
-        spin = np.cross(p[b], rate[b]) - np.cross(p[a], rate[a])
-        share = self._shares[at]
-        return (float(share @ state.hinges[at, hinges.ANGLE]),
-                float(share @ np.sum(spin * edge, axis=1)))
-
     def _measured(self, state, p):
         """Angles (n,) of normals, in (-pi, pi]."""
         self._angles(self._edges, self._directors, state.motion, p, self._found)
         return self._found
+
+
+def _edges(line):
+    """(n, 2) nodes at both ends of the edge around each node of a line."""
+    return np.stack([np.r_[line[0], line[:-1]], np.r_[line[1:], line[-1]]], axis=1)
 
 
 def _constants(joint, share):

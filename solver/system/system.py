@@ -21,7 +21,7 @@ from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .joints import Hinges
+from .joints import Hinges, JointForces
 from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
@@ -82,6 +82,7 @@ class System:
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
+        self._joint_forces = JointForces(model, self._supported.joined)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
         if full_tangent and not self.all_dead:
@@ -281,6 +282,15 @@ class System:
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def joints(self):
+        """(n_joints, 4) force on the plate of the first nodes of every joint [N], and moment of a
+        hinge [N m], of the iterate that was assembled last."""
+        found = np.zeros((len(self.model.joints), 4))
+        found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
+        if self.hinges:
+            found[:, 3] = self.hinges.by_joint(self.hinges.moments, len(found))
+        return found
 
     def _moments_on_normals(self, place, averaged):
         """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that

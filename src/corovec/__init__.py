@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
-    from .solver.dynamics.probes import EnergyProbe, StressProbe
+    from .solver.dynamics.probes import EnergyProbe, JointProbe, StressProbe
     from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.probes": ("EnergyProbe", "StressProbe"),
+    "dynamics.probes": ("EnergyProbe", "JointProbe", "StressProbe"),
     "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
@@ -117,9 +117,9 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 __all__ = [
     "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic", "Damping",
     "Drift", "Drive", "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic",
-    "Hinge", "InputError", "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh",
-    "MeshWarning", "Model", "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply",
-    "PointMass", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
+    "Hinge", "InputError", "JointProbe", "Lamina", "Laminate", "LayerStresses", "LinearResult",
+    "Mesh", "MeshWarning", "Model", "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment",
+    "Ply", "PointMass", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
     "Section", "Settings", "Spherical", "Spring", "StabilityWarning", "StaticResult",
     "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses", "Support",
     "TimeFunction", "arc_length", "block", "buckling", "cut", "cylinder", "data_frame", "drift",
