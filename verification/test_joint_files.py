@@ -98,9 +98,12 @@ def test_a_mesh_of_a_file_that_is_open(made, tmp_path):
     n = len(plates[0].nodes)
     Mesh(np.concatenate([plate.nodes for plate in plates]),
          np.concatenate([plates[0].quads, plates[1].quads + n])).write(tmp_path / "two.inp")
-    shell = PANELS[:PANELS.index("[[geometry")] + '[geometry]\nfile = "two.inp"\n'
+    shell = PANELS[:PANELS.index("[[geometry")] + (
+        '[geometry]\nfile = "two.inp"\n')
     hinge = HINGE.replace('turning = "opening"\n', "").replace('history = "push"\n', "")
-    model = made(hinge, shell).model(4)
+    with pytest.raises(InputError, match="geometry.file: .*nodes 2 and 6 are at the same place"):
+        made(hinge, shell)
+    model = made(hinge, shell + "apart = true\n").model(4)
     assert len(model.nodes) == 2 * n
     assert {node < n for node in model.joints[0].nodes} == {True}
     assert {node >= n for node in model.joints[0].others} == {True}
@@ -143,18 +146,19 @@ def test_a_run_has_what_joints_do(made, tmp_path):
      r"joints\[0\]: a hinge has a line, a spherical joint an at"),
     (CORNER + "damping = 1.0\n", r"joints\[0\]: damping: a spherical joint has no moment"),
     (CORNER.replace("[4, 1, 0]", "[0, 0, 0]"), r"joints\[0\]: one plate only is at"),
-    (HINGE + '[[drives]]\nwhere = { x = 2.0 }\ntranslation = [0, 0, 1]\nhistory = "push"\n',
+    (HINGE + CORNER
+     + '[[drives]]\nwhere = { x = 2.0 }\ntranslation = [0, 0, 1]\nhistory = "push"\n',
      "a Drive moves node 2, which is joined"),
-    ('[probes]\na = { joint = "root" }\n', "probes.a: the model has no joints"),
-    (HINGE + '[probes]\na = { joint = "tip" }\n', "probes.a: joint must be root, is 'tip'")])
+    (CORNER + '[probes]\na = { joint = "tip" }\n',
+     "probes.a: joint 'tip' is unknown, must be one")])
 def test_mistakes(made, text, told):
     with pytest.raises(InputError, match=told):
         made(text)
 
 
 def test_plates_that_are_joined_in_blocks_stay_whole_elsewhere(made):
-    """The corner at which both blocks touch is one node without a joint."""
-    mesh = made(HINGE).mesh(6)
+    """Nodes are made where joints are."""
+    mesh = made(HINGE + CORNER).mesh(6)
     whole = join([block([(0, 0, 0), (4, 0, 0), (4, 1, 0), (0, 1, 0)], (4, 1)),
                   block([(4, 1, 0), (6, 1, 0), (6, 2, 0), (4, 2, 0)], (2, 1))])
-    assert len(mesh.nodes) == len(whole.nodes) + 2
+    assert len(mesh.nodes) == len(whole.nodes) + 3

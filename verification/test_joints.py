@@ -303,7 +303,7 @@ def test_a_parted_run_ends_in_the_same_bits(tmp_path):
 
 def momenta(model, result):
     """(n_nodes, 3) linear momenta at the end of a run."""
-    return model.nodal_mass[:, None] * result.velocity.reshape(-1, 5)[:, :3]
+    return model.nodal_mass[:, None] * result.velocity
 
 
 @pytest.mark.parametrize("scheme", [EXACT, Scheme()])
@@ -313,7 +313,7 @@ def test_reactions_are_those_of_supports(scheme):
     model = chain(**MOMENTS["spring"])
     clamped = np.flatnonzero(model.nodes[:, 0] < 1e-9)
     model = replace(model, supports=[Support(clamped, CLAMPED)])
-    result = run(model, scheme, end=0.5, output=None)
+    result = run(model, scheme, end=0.5)
     history = result.history
     change = np.diff(history["linear_momentum"], axis=0) / 0.02
     reaction = history["reaction"][1:]
@@ -339,7 +339,7 @@ def test_forces_of_joints_move_the_plates(scheme):
     """Force of a joint and of the loads on its first plate change the momentum of that plate; the
     second plate has both joints; the moment changes it about the hinge."""
     model = chain(**MOMENTS["spring"])
-    result = run(model, scheme, end=0.3, frame_every=1,
+    result = run(model, scheme, end=0.3,
                  probes={name: JointProbe(name) for name in ("h1", "h2")})
     impulse = {name: 0.02 * result.probes[name]["joint_force"].sum(axis=0) for name in ("h1", "h2")}
     middle = model.nodes[model.quads].mean(axis=1)[:, 0]
@@ -365,7 +365,7 @@ def test_energies_of_joints_are_those_of_the_run():
     result = run(model, probes={name: JointProbe(name) for name in ("h1", "h2")})
     history = result.history
     for what, whole in (("work", "external_work"), ("lost", "dissipated")):
-        assert np.abs(history[whole]).max() > 0.01
+        assert np.abs(history[whole]).max() > 1e-3
         assert np.allclose(sum(result.probes[name][what] for name in ("h1", "h2")),
                            history[whole], rtol=1e-12, atol=1e-15)
     one = result.probes["h1"]
@@ -378,26 +378,26 @@ def test_energies_of_joints_are_those_of_the_run():
 
 
 def test_a_hinge_without_a_moment_has_an_angle():
-    """Also beyond half a turn; a spherical joint has a force alone."""
+    """Also beyond half a turn, of a plate that turns about one that is held."""
     model = chain(2)
-    right = model.nodes[:, 0] > 2.0
-    v, w = rigid_velocity(model, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    w[right | np.isin(np.arange(len(w)), model.joints[0].others)] = np.cross((0.0, 4.0, 0.0),
-                                                                             (0.0, 0.0, 1.0))
-    v[right] = np.cross((0.0, 4.0, 0.0), model.nodes[right] - (2.0, 0.0, 0.0))
-    model = replace(model, loads=(), velocity=v, normal_velocity=w)
-    pinned = replace(model, joints=[replace(model.joints[0], name="")])
-    result = run(pinned, probes={"a": JointProbe("joint 0")})
-    turned = result.probes["a"]["angle"]
-    assert abs(turned[-1]) > 4.0 and np.abs(np.diff(turned)).max() < 0.3
-    p = result.directors[[side[0] for side in (model.joints[0].nodes, model.joints[0].others)]]
-    assert abs(np.cos(turned[-1]) - p[0] @ p[1]) < 0.02
-    assert not result.probes["a"]["hinge_moment"].any()
+    joint, = model.joints
+    right = np.isin(np.arange(len(model.nodes)), joint.others) | (model.nodes[:, 0] > 2.0)
+    v, w = rigid_velocity(model, (0.0, 0.0, 0.0), (0.0, 4.0, 0.0), (2.0, 0.0, 0.0))
+    v[~right] = w[~right] = v[list(joint.others)] = 0.0
+    held = Support(np.flatnonzero(~right), CLAMPED)
+    model = replace(model, loads=(), velocity=v, normal_velocity=w, youngs=2e10,
+                    supports=[held], joints=[replace(joint, name="")])
+    result = run(model, dt=0.01, probes={"a": JointProbe("joint 0"), "tip": (4.0, 0.0, 0.0)})
+    found = result.probes["a"]
+    assert np.abs(found["angle"] - 4.0 * result.history["time"]).max() < 0.02
+    assert not any(found[what].any() for what in ("hinge_moment", "stored", "work", "lost"))
+    assert np.abs(result.probes["tip"]["displacement"][-1] + (2.0, 0.0, 0.0)
+                  - (2.0 * np.cos(8.0), 0.0, -2.0 * np.sin(8.0))).max() < 0.05
 
 
 @pytest.mark.parametrize(("probe", "told"), [
-    (lambda: JointProbe(3), "joint must be a text"),
-    (lambda: JointProbe("h9"), "probes: a: joint must be one of h1, h2, is 'h9'")])
+    (lambda: JointProbe(3), "joint must be one line of"),
+    (lambda: JointProbe("h9"), "probes: a: joint 'h9' is unknown, must be one of: h1")])
 def test_wrong_probes_of_joints(probe, told):
     with pytest.raises(InputError, match=told):
         simulate(chain(), Settings(dt=0.1, end_time=0.1), probes={"a": probe()})
@@ -618,13 +618,13 @@ MISTAKES = {
     "curved edge": (cornered, "its edge is not straight: place 1 of it lies 0.707 m beside"),
     "axis along nothing": (nowhere, "h1: its edge begins and ends at one place"),
     "normal along the axis": (tilted, "h1: the normal of node 2 is not at right angles to the ax"),
-    "edge of a sector": (on_the_edge_of_a_sector, "cyclic: node . on an edge of the sector is j"),
+    "edge of a sector": (on_the_edge_of_a_sector, "cyclic: the mesh along the edges differs at"),
     "driven node": (driven, "support 0: a Drive moves node 2, which is joined; hold its plate"),
     "velocities": (moving, "h1: nodes 7 and 1[0-9] start with different velocities"),
     "names twice": (lambda: replace(chain(3), joints=[
         replace(joint, name="a") for joint in chain(3).joints]), "two joints are named 'a'"),
     "stops without stiffness": (lambda: two(stops=(-1.0, 1.0)),
-                                r"hinge h1: stop_stiffness must be positive \[N m/rad\], is 0"),
+                                r"hinge h1: stop_stiffness must be positive \[N m/rad\]"),
     "stops beside the start": (lambda: two(stops=(0.1, 1.0), stop_stiffness=1.0),
                                "stops must be two angles, the smaller first, with the initial"),
     "latch at the start": (lambda: two(lock=0.0, lock_stiffness=1.0),

@@ -81,7 +81,7 @@ FITS = {
     *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items")),
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
-                                  "all_quads", "rising", "switch")), ("probes", "dict"),
+                                  "all_quads", "apart", "rising", "switch")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
     ("angle", "negative"),
     *((name, kind) for kind in ("float", "negative")
@@ -91,7 +91,8 @@ FITS = {
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "error",
         "dt", "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
-        "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "E1", "E2", "nu12", "G12", "G13", "G23",
+        "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "E1", "E2",
+        "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
     *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
 }

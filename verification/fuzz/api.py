@@ -142,7 +142,7 @@ def table(folder):
                "node_sets": {"start": [0, 3]}, "lines": {"start": [(0, 3)]}, "normals": None},
         NAMED.write: {"path": folder / "plate.msh", "overwrite": True},
         Mesh.read: {"path": folder / "plate.inp", "merge": True, "reduce": True,
-                    "all_quads": True},
+                    "all_quads": True, "apart": True},
         NAMED.named: {"name": "a"},
         NAMED.nodes_at: {"x": 0.0, "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
         NAMED.elements_at: {"x": (0.0, 2.0), "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
