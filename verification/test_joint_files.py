@@ -147,7 +147,7 @@ def test_a_run_has_what_joints_do(made, tmp_path):
     (CORNER + "damping = 1.0\n", r"joints\[0\]: damping: a spherical joint has no moment"),
     (CORNER.replace("[4, 1, 0]", "[0, 0, 0]"), r"joints\[0\]: one plate only is at"),
     (HINGE + CORNER
-     + '[[drives]]\nwhere = { x = 2.0 }\ntranslation = [0, 0, 1]\nhistory = "push"\n',
+     + '[[drives]]\nat = [2, 0, 0]\ntranslation = [0, 0, 1]\nhistory = "push"\n',
      "a Drive moves node 2, which is joined"),
     (CORNER + '[probes]\na = { joint = "tip" }\n',
      "probes.a: joint 'tip' is unknown, must be one")])
