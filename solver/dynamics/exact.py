@@ -100,6 +100,8 @@ class ExactIteration(Iteration):
             again and bool(state.acceleration.any()))
         if problem.driven is not None:
             delta = system.free(delta) + problem.driven
+        if system.linked:
+            system.linked.begin(state)
         new = not (rule.keep and kept.serves(problem.step))
         stale, made, fresh = not new and kept.stale, -1, 0
         first = last = 0.0
@@ -122,8 +124,9 @@ class ExactIteration(Iteration):
             record.work_ratio = work / first if first > 0.0 else 0.0
             left = work / last if last > 0.0 else 1.0
             # how fast it converges, the slower of two ratios tells: rigid parts vanish at once
-            if k and (work * min(max(left, slower), 1.0) <= floor or (
-                    fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))):
+            ended = work * min(max(left, slower), 1.0) <= floor or (
+                fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))
+            if k and ended and (not system.linked or system.linked.closed()):
                 kept.stale = k - max(made, 0) > kept.patience
                 return delta
             if left > 1.0 and made < 0 and k > 2:

@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..fields import put
 from ..kernels import observation
 from ..kernels.calls import Call
+from ..kernels.hinges import ANGLE
 from ..model.constants import in_surface, recovery
 from ..model.joints import Hinge, names_of
 from ..model.mesh import node_at
@@ -80,7 +81,8 @@ class JointProbe:
     ``moment`` of spring, damper, stops, latch and motor that turns it on [N m], the energy that is
     ``stored`` there [J], the ``work`` of its motor and servo and what is ``lost`` in its dampers
     since t = 0 [J]; of any joint the ``force`` on the plate of its ``nodes``, of a spherical one on
-    the first node [N].  Forces and moments are means of the step.
+    the first node, of one between bodies on its end ``other`` [N].  Forces and moments are means of
+    the step.
 
     Attributes:
         joint: its name.
@@ -259,9 +261,11 @@ class _Joint:
         if self._angle:
             last = rows[0, 0] if len(rows) == 2 else 0.0
             row[0] = self._angle(state, place.start.p, last)
+        elif np.any(at := system.turnings.joints == self._number):
+            row[0] = state.hinges[at, ANGLE][0]
         if len(rows) == 2:
             row[1] = (row[0] - rows[0, 0]) / dt
             force_and_moment, done = joints[self._number, :4] / dt, joints[self._number, 4:]
             row[2], row[3:6] = force_and_moment[3], force_and_moment[:3]
             row[7:] = rows[0, 7:] + done
-        row[6] = system.hinges.energy_of(self._number, state)
+        row[6] = system.turnings.energy_of(self._number, state)

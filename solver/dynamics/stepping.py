@@ -56,7 +56,7 @@ class Stepper:
                 and work have drifted apart.
         """
         scheme = self._scheme
-        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt, time + dt)
+        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt, time, time + dt)
         if dt not in self._factors:
             midpoint = scheme.midpoint(dt)
             if self.system.damping:
@@ -108,8 +108,10 @@ class Stepper:
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
+            if system.linked:
+                work += system.linked.settle(state, delta, problem.loads.driven)
             switches = system.coordinates.renew(state, dt)
-            if system.hinges:
+            if system.turnings:
                 state.hinges[:, SLACK] = problem.loads.slacks
             system.observe(state, place)
             if system.driven.moving:
@@ -119,13 +121,13 @@ class Stepper:
                 driven += place.observed.energy
             if system.damping:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
-            if system.hinges:
-                turned = system.hinges.turned(self._before, state, problem.loads.motors, dt)
+            if system.turnings:
+                turned = system.turnings.turned(self._before, state, problem.loads.motors, dt)
                 work, lost = work + float(turned.work.sum()), lost + float(turned.lost.sum())
                 if self._joints:
-                    joints[:, 4:] = np.transpose([system.hinges.by_joint(values, len(joints))
+                    joints[:, 4:] = np.transpose([system.turnings.by_joint(values)
                                                   for values in turned])
-                system.hinges.latch(state)
+                system.turnings.latch(state)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
             state.external_work += work
@@ -154,7 +156,7 @@ class Stepper:
         system = self.system
         loads = problem.loads
         if self._scheme.alpha_f != 0.5:
-            loads = system.loads(time + 0.5 * problem.dt, time + problem.dt)
+            loads = system.loads(time + 0.5 * problem.dt, time, time + problem.dt)
             if not system.all_dead:
                 system.assemble(problem.state, problem.place, problem.step, delta, loads,
                                 averaged=problem.averaged, tangent=False)

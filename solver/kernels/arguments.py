@@ -385,3 +385,21 @@ class Turning(NamedTuple):
     J: np.ndarray
     Q_forces: np.ndarray
     J_forces: np.ndarray
+
+
+class Terms(NamedTuple):
+    """Vectors that move with bodies, see ``multipliers``.
+
+    Attributes:
+        first: (n + 1,) terms of vector k are ``first[k] .. first[k + 1] - 1``.
+        constant: (n, 3) their constant parts.
+        node: (n_terms,) node of each term.
+        alpha: (n_terms,) factor of its place.
+        body: (n_terms, 3) vector in its frame.
+    """
+
+    first: np.ndarray
+    constant: np.ndarray
+    node: np.ndarray
+    alpha: np.ndarray
+    body: np.ndarray

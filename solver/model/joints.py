@@ -43,7 +43,7 @@ class Spherical:
         nodes = distinct("spherical joint: nodes", self.nodes)
         if len(nodes) < 2:
             raise InputError(f"spherical joint: two nodes or more are needed, {len(nodes)} given")
-        put(self, nodes=nodes, name=_name("spherical joint: name", self.name))
+        put(self, nodes=nodes, name=name_of("spherical joint: name", self.name))
 
     @property
     def tied(self):
@@ -51,24 +51,19 @@ class Spherical:
         return np.stack([np.full(len(self.nodes) - 1, self.nodes[0]), self.nodes[1:]], axis=1)
 
 
-@dataclass(frozen=True)
-class Hinge:
-    """Two straight edges that move together, while the plates fold about them.
+@dataclass(frozen=True, kw_only=True)
+class Turning:
+    """What turns two bodies against each other by an angle, which is zero at t = 0.
 
-    The angle is that by which the plate of ``others`` has turned against the plate of ``nodes``
-    since t = 0, right-handed about the axis from the first of ``nodes`` to the last [rad].  The
-    moment that turns it further is
+    The moment that turns it further is
 
-        ``M = torque h(t) - stiffness (angle - rest g(t)) - damping d angle/dt - stops - latch``,
+        ``M = torque h(t) - stiffness (angle - rest g(t)) - damping d angle/dt - stops - latch``.
 
-    shared by the nodes in proportion to the length of the edge that is theirs.  A stop is a spring
-    of ``stop_stiffness`` beyond its angle.  A latch is a stop at the angle ``lock`` that also holds
-    back, once the hinge has been there: it then is a spring of ``lock_stiffness`` about that angle,
-    with ``lock_damping``.
+    A stop is a spring of ``stop_stiffness`` beyond its angle.  A latch is a stop at the angle
+    ``lock`` that also holds back, once the joint has been there: it then is a spring of
+    ``lock_stiffness`` about that angle, with ``lock_damping``.
 
     Attributes:
-        nodes: of the one plate, along the edge.
-        others: of the other, at the same places, in the same order.
         stiffness: [N m/rad].
         rest: angle at which the spring is slack [rad].
         turning: ``FunctionOfTime`` g that multiplies ``rest``: the spring is a servo then.
@@ -83,8 +78,6 @@ class Hinge:
         name: by which results and messages know it; left out, ``joint`` and its number.
     """
 
-    nodes: tuple
-    others: tuple
     stiffness: float = 0.0
     rest: float = 0.0
     turning: FunctionOfTime = CONSTANT
@@ -98,8 +91,54 @@ class Hinge:
     history: FunctionOfTime = CONSTANT
     name: str = ""
 
+    def _check_turning(self, what):
+        for name, unit in (("stiffness", "N m/rad"), ("damping", "N m s/rad"),
+                           ("stop_stiffness", "N m/rad"), ("lock_stiffness", "N m/rad"),
+                           ("lock_damping", "N m s/rad")):
+            put(self, **{name: not_negative(f"{what}: {name}", getattr(self, name), unit)})
+        put(self, rest=number(f"{what}: rest", self.rest, "rad"),
+            torque=number(f"{what}: torque", self.torque, "N m"),
+            history=history_of(self.history), turning=history_of(self.turning))
+        if self.stops is not None:
+            stops = numbers(f"{what}: stops", self.stops)
+            if len(stops) != 2 or not stops[0] < stops[1] or not stops[0] <= 0.0 <= stops[1]:
+                raise InputError(f"{what}: stops must be two angles, the smaller first, with the "
+                                 f"initial angle 0 between them, are {stops}")
+            put(self, stops=stops)
+            positive(f"{what}: stop_stiffness", self.stop_stiffness, "N m/rad")
+        if self.lock is not None:
+            put(self, lock=number(f"{what}: lock", self.lock, "rad"))
+            if self.lock == 0.0:
+                raise InputError(f"{what}: lock must not be the initial angle 0: that is no joint")
+            positive(f"{what}: lock_stiffness", self.lock_stiffness, "N m/rad")
+
+    @property
+    def acts(self):
+        """Whether it has a moment."""
+        return bool(self.stiffness or self.damping or self.stops or self.torque
+                    or self.lock is not None)
+
+
+@dataclass(frozen=True)
+class Hinge(Turning):
+    """Two straight edges that move together, while the plates fold about them.
+
+    The angle is that by which the plate of ``others`` has turned against the plate of ``nodes``,
+    right-handed about the axis from the first of ``nodes`` to the last [rad]; its moment, see
+    ``Turning``, is shared by the nodes in proportion to the length of the edge that is theirs.
+
+    Attributes:
+        nodes: of the one plate, along the edge.
+        others: of the other, at the same places, in the same order.
+    """
+
+    nodes: tuple
+    others: tuple
+
+    ends = ()
+
     def __post_init__(self):
-        put(self, name=_name("hinge: name", self.name))
+        put(self, name=name_of("hinge: name", self.name))
         what = f"hinge {self.name}".rstrip()
         for side in ("nodes", "others"):
             put(self, **{side: distinct(f"{what}: {side}", getattr(self, side))})
@@ -108,33 +147,7 @@ class Hinge:
         if len(self.nodes) < 2:
             raise InputError(f"{what}: an edge has two nodes or more, {len(self.nodes)} given (a "
                              "single one is a Spherical joint)")
-        for name, unit in (("stiffness", "N m/rad"), ("damping", "N m s/rad"),
-                           ("stop_stiffness", "N m/rad"), ("lock_stiffness", "N m/rad"),
-                           ("lock_damping", "N m s/rad")):
-            put(self, **{name: not_negative(f"{what}: {name}", getattr(self, name), unit)})
-        put(self, rest=number(f"{what}: rest", self.rest, "rad"),
-            torque=number(f"{what}: torque", self.torque, "N m"),
-            history=history_of(self.history), turning=history_of(self.turning))
-        self._check_stops(what)
-        self._check_lock(what)
-
-    def _check_stops(self, what):
-        if self.stops is None:
-            return
-        stops = numbers(f"{what}: stops", self.stops)
-        if len(stops) != 2 or not stops[0] < stops[1] or not stops[0] <= 0.0 <= stops[1]:
-            raise InputError(f"{what}: stops must be two angles, the smaller first, with the "
-                             f"initial angle 0 between them, are {stops}")
-        put(self, stops=stops)
-        positive(f"{what}: stop_stiffness", self.stop_stiffness, "N m/rad")
-
-    def _check_lock(self, what):
-        if self.lock is None:
-            return
-        put(self, lock=number(f"{what}: lock", self.lock, "rad"))
-        if self.lock == 0.0:
-            raise InputError(f"{what}: lock must not be the initial angle 0: that is no hinge")
-        positive(f"{what}: lock_stiffness", self.lock_stiffness, "N m/rad")
+        self._check_turning(what)
 
     @property
     def tied(self):
@@ -142,10 +155,9 @@ class Hinge:
         return np.stack([self.nodes, self.others], axis=1)
 
     @property
-    def acts(self):
-        """Whether it has a moment."""
-        return bool(self.stiffness or self.damping or self.stops or self.torque
-                    or self.lock is not None)
+    def places(self):
+        """Number of places, two nodes each, at which it has a moment."""
+        return len(self.nodes) * self.acts
 
 
 JOINTS = (Spherical, Hinge)
@@ -168,8 +180,8 @@ def classes_of(joints, n_nodes):
 
 
 def places_of(joints):
-    """Number of places, two nodes each, at which a hinge has a moment."""
-    return sum(len(joint.nodes) for joint in joints if isinstance(joint, Hinge) and joint.acts)
+    """Number of places at which joints have moments."""
+    return sum(joint.places for joint in joints if isinstance(joint, Turning))
 
 
 def check_joints(joints, nodes, quads):
@@ -184,8 +196,11 @@ def check_joints(joints, nodes, quads):
         if names.count(name) > 1:
             raise InputError(f"two joints are named '{name}'")
     size = np.ptp(nodes, axis=0).max()
+    group = np.arange(len(nodes))
     for name, joint in zip(names, joints):
         pairs = joint.tied
+        if not len(pairs):
+            continue
         existing(f"{name}: node", pairs.ravel().tolist(), len(nodes))
         same = pairs[:, 0] == pairs[:, 1]
         if np.any(same):
@@ -196,18 +211,15 @@ def check_joints(joints, nodes, quads):
         if gaps[k] > PLACE * size:
             raise InputError(f"{name}: nodes {pairs[k, 0]} and {pairs[k, 1]} are {gaps[k]:.3g} m "
                              "apart, joined nodes must be at the same place")
-        for one, other in pairs:
-            both = np.any(quads == one, axis=1) & np.any(quads == other, axis=1)
-            if both.any():
-                raise InputError(f"{name}: nodes {one} and {other} belong to one element, "
-                                 f"{np.argmax(both)}")
         if isinstance(joint, Hinge):
             _check_edge(name, nodes[list(joint.nodes)])
-    for group in classes_of(joints, len(nodes)):
-        inside = np.isin(quads, group).sum(axis=1)
-        if np.any(inside > 1):
-            raise InputError(f"joints: nodes {group} move together, but element "
-                             f"{np.argmax(inside > 1)} has more than one of them")
+    for members in classes_of(joints, len(nodes)):
+        group[members] = members[0]
+    ordered = np.sort(group[quads], axis=1)
+    several = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
+    if len(several):
+        raise InputError(f"joints: element {several[0]}, nodes {quads[several[0]].tolist()}, has "
+                         "two nodes that move together")
 
 
 def check_axes(joints, nodes, directors):
@@ -278,7 +290,8 @@ def shares_of_edge(x):
     return shares / shares.sum()
 
 
-def _name(what, value):
+def name_of(what, value):
+    """A name, or none."""
     return value if isinstance(value, str) and not value else text(what, value)
 
 

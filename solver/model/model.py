@@ -31,6 +31,7 @@ from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
 from .attached import ATTACHED, Damping, GroundSpring, add_masses, check_attached
+from .bodies import GROUND, RigidBody, check_bodies, with_bodies
 from .constants import (
     MEMBRANE_FIELDS,
     SHEAR_FIELDS,
@@ -55,9 +56,11 @@ from .joints import (
     check_joints,
     check_velocities,
     classes_of,
+    names_of,
     supports_of,
 )
 from .laminates import Section, directions_of, law_of, members_of
+from .linkages import LINKED, Tie, check_linked
 from .loads import (
     COMPONENTS,
     Centrifugal,
@@ -99,11 +102,14 @@ class Model:
             ``model.loads`` for line and surface loads.
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
-        joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there.
+        joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there,
+            and joints of the scheme exact between bodies, nodes and the ground, see
+            ``model.linkages``.
             What a support holds of a joined node it holds of those that move with it: ``supports``
             has that too.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
+        bodies: ``RigidBody`` s, of the scheme exact; their centres are the last of ``nodes``.
         cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
@@ -146,15 +152,22 @@ class Model:
     sections: tuple = ()
     cyclic: Cyclic = None
     joints: tuple = ()
+    bodies: tuple = ()
     directors: Directors = field(init=False)
     pairs: Pairs | None = field(init=False, default=None)
 
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
         quads = node_numbers(self.quads, len(nodes))
-        put(self, nodes=nodes, quads=quads, joints=_items("joints", self.joints, JOINTS))
+        put(self, nodes=nodes, quads=quads, joints=_items("joints", self.joints, JOINTS + LINKED),
+            bodies=_items("bodies", self.bodies, (RigidBody,)))
         check_joints(self.joints, nodes, quads)
-        check_mesh(nodes, quads, self.joined)
+        check_bodies(self.bodies, nodes, quads)
+        for name, joint in zip(names_of(self.joints), self.joints):
+            if isinstance(joint, LINKED):
+                check_linked(name, joint, nodes, [body.name for body in self.bodies], self.joined)
+        tied = [[*joint.nodes, *joint.line] for joint in self.joints if isinstance(joint, Tie)]
+        check_mesh(nodes, quads, self.joined + tied, len(self.bodies))
         put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
@@ -211,7 +224,9 @@ class Model:
             sections = [replace(instance(f"section of group {shown(group)}", section, Section),
                                 elements=mesh.groups[group].tolist())
                         for group, section in sections.items()]
-        return cls(mesh.nodes, mesh.quads, *values, sections=sections,
+        bodies = _items("bodies", options.get("bodies", ()), (RigidBody,))
+        nodes = np.concatenate([mesh.nodes, *([body.centre] for body in bodies)])
+        return cls(nodes, mesh.quads, *values, sections=sections,
                    **{"normals": mesh.normals, **options})
 
     def _property(self, name):
@@ -280,6 +295,7 @@ class Model:
         found = find_directors(self.nodes, self.quads, fold_angle, self.patches)
         if self.cyclic:
             found = self._joined(found)
+        found = with_bodies(found, self.bodies)
         mean = floats("normals", found.normals, found.normals.shape)
         if self.normals is None:
             return found._replace(normals=mean)
@@ -313,6 +329,8 @@ class Model:
         given = floats("normals", self.normals, (len(self.quads), 4, 3))
         total = np.zeros(found.normals.shape)
         np.add.at(total, found.vertices, given)
+        if self.bodies:
+            total[-3 * len(self.bodies):] = found.normals[-3 * len(self.bodies):]
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return total / np.where(length > 0.0, length, 1.0)
 
@@ -385,7 +403,7 @@ class Model:
     @cached_property
     def mass_properties(self):
         """``MassProperties`` of the initial shell."""
-        return mass_properties(self.elements, self.nodes, self.normals)
+        return mass_properties(self.elements, self.nodes, self.normals, self.bodies)
 
     @property
     def mass(self):
@@ -407,7 +425,15 @@ class Model:
         """(n_nodes,) lumped masses [kg]: the sums of the rows of the consistent mass."""
         mass = np.zeros(len(self.nodes))
         np.add.at(mass, self.quads, self.elements.mass.sum(axis=2))
+        for node, own in self.body_masses:
+            mass[node] += own
         return mass
+
+    @property
+    def body_masses(self):
+        """``(node, mass)`` [kg] of every rigid body."""
+        first = len(self.nodes) - len(self.bodies)
+        return [(first + k, body.mass) for k, body in enumerate(self.bodies)]
 
     @property
     def fixed(self):
@@ -460,10 +486,16 @@ class Model:
 
     @property
     def grounded(self):
-        """Whether supports, ground springs or other sectors hold the shell, so that its momenta
-        may change."""
+        """Whether supports, ground springs, joints to the ground or other sectors hold the shell,
+        so that its momenta may change."""
         return bool(self.supports or self.cyclic) or any(
-            isinstance(item, GroundSpring) for item in self.attached)
+            isinstance(item, GroundSpring) for item in self.attached) or any(
+            GROUND in joint.ends for joint in self.linked)
+
+    @property
+    def linked(self):
+        """Joints that take multipliers."""
+        return [joint for joint in self.joints if isinstance(joint, LINKED)]
 
     @property
     def unloaded_at(self):

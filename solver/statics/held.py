@@ -55,7 +55,7 @@ def _check_group(model, fixed, part, group):
         rows.append(np.zeros((len(held), 6 * len(group))))
         rows[-1][:, column[k]] = held
     for joint in model.joints:
-        if part[joint.tied[0, 0]] in column:
+        if len(joint.tied) and part[joint.tied[0, 0]] in column:
             rows.append(_joined_motions(model, joint, part, column, centres))
     _, sizes, motions = np.linalg.svd(np.concatenate(rows))
     free = motions[np.count_nonzero(sizes > HELD):]

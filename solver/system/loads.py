@@ -199,14 +199,16 @@ class Applied(NamedTuple):
     Attributes:
         dead: ``arguments.Loads``.
         items: what each item has at that time.
-        motors: (n,) moments of motors at each place of a hinge [N m].
-        slacks: (n,) angles at which springs of hinges are slack at the end of the step [rad].
+        motors: (n,) moments of motors at each place of a joint [N m].
+        slacks: (n,) angles at which springs of joints are slack at the end of the step [rad].
+        driven: ``multipliers.Rates`` of drives, None where there are no multipliers.
     """
 
     dead: Loads
     items: tuple
     motors: np.ndarray
     slacks: np.ndarray
+    driven: object = None
 
 
 def items(model, exact=False):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..errors import InputError
 from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
@@ -17,6 +18,7 @@ from ..kernels.hinges import SLACK
 from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
+from .bodies import Bodies
 from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
@@ -28,6 +30,7 @@ from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
+from .turning import Turnings
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
@@ -49,7 +52,10 @@ class System:
         residual: ``arguments.Residual`` of the last iterate.
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
-        hinges: ``Hinges`` that have a moment.
+        turnings: ``Turnings``, moments of joints.
+        hinges: ``Hinges`` that have one.
+        bodies: ``Bodies``, rigid ones.
+        linked: ``Multipliers``, None but in the exact scheme.
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
@@ -70,11 +76,17 @@ class System:
         where they have one."""
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
-        self._turning, self.hinges = springs.TurningSprings(model), Hinges(model)
+        self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
+        self.hinges = Hinges(model, self.turnings)
+        self.bodies, self.linked = Bodies(model), None
+        if not self.exact and (model.bodies or model.linked):
+            raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
+                             "scheme exact")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
-        folding = [self.hinges] if self.hinges else []
+        folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
         self.numbering = number_dofs((model.quads, *cells), n_rot)
+        self.bodies.number(self.numbering)
         self.coordinates = self._make_coordinates(follow)
         fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
         held = bool(fixed.any()) or constraints is not None and constraints.holds
@@ -101,7 +113,8 @@ class System:
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
-        self._inner = bool(self._springs or self.damping or self.hinges)
+        self._inner = bool(self._springs or self.damping or self.hinges or self.bodies
+                           or model.linked)
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
@@ -131,7 +144,7 @@ class System:
         """
         check_acting(self.model)
         state = self.coordinates.initial_state(self.model, start)
-        state.hinges[:, SLACK] = self.hinges.slacks(at_time(0.0))
+        state.hinges[:, SLACK] = self.turnings.slacks(at_time(0.0))
         return state
 
     def initial_state(self, start=None):
@@ -144,15 +157,21 @@ class System:
             state.acceleration[:] = self.free(state.acceleration)
         return state
 
-    def loads(self, time, end=None):
-        """``Applied`` loads at a time [s], of a step to the ``end`` [s], that time if left out."""
-        return self.loads_by(at_time(time), None if end is None else at_time(end))
+    def loads(self, time, start=None, end=None):
+        """``Applied`` loads at a time [s], of a step from ``start`` to ``end`` [s], that time if
+        left out."""
+        if end is None:
+            return self.loads_by(at_time(time))
+        driven = self.linked and self.linked.driven(
+            *(lambda part, t=t: at_time(t + part * (end - start)) for t in (start, end)),
+            end - start)
+        return self.loads_by(at_time(time), at_time(end), driven)
 
-    def loads_by(self, value, at_end=None):
-        """``Applied`` loads with ``value(history)`` for each function of time, of hinges' springs
+    def loads_by(self, value, at_end=None, driven=None):
+        """``Applied`` loads with ``value(history)`` for each function of time, of joints' springs
         ``at_end(history)``."""
         return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items),
-                       self.hinges.motors(value), self.hinges.slacks(at_end or value))
+                       self.turnings.motors(value), self.turnings.slacks(at_end or value), driven)
 
     def work_of_supports(self, delta):
         """Work of the reactions in the increment ``delta`` that was assembled last [J]."""
@@ -190,10 +209,14 @@ class System:
         place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
+        if self.bodies:
+            place.observed = self.bodies.observed(place.observed, state, place.start)
         if self.hinges:
             self.hinges.follow(state, place.start.p)
-        if self._springs or self.hinges:
-            stored = self._turning.energy(place.start.p) + self.hinges.energy(state)
+        if self.linked:
+            self.linked.follow(state)
+        if self._springs or self.turnings:
+            stored = self._turning.energy(place.start.p) + self.turnings.energy(state)
             stored += sum(spring.energy(state) for spring in self._springs)
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
@@ -234,6 +257,11 @@ class System:
             if self.hinges:
                 self.hinges.add_forces(self.dofs, iterate, place.start.p, self.nodal.p_end,
                                        loads.motors, loads.slacks, self.inner_forces)
+            if self.bodies:
+                self.bodies.add_forces(iterate, self.inner_forces)
+            if self.linked:
+                self.linked.add_forces(iterate, loads.driven, loads.slacks, loads.motors,
+                                       self.nodal, self.inner_forces)
             self.inner_forces += self._ground_forces
             dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
@@ -243,7 +271,7 @@ class System:
             raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
-        if tangent and (self._springs or self.hinges or not self.all_dead):
+        if tangent and (self._springs or self.hinges or self.bodies or not self.all_dead):
             self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
@@ -255,7 +283,7 @@ class System:
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
-        if self._items or self.hinges:
+        if self._items or self.hinges or self.linked:
             self.coordinates.advance(state, place.start, step, delta, self.nodal)
         return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 
@@ -274,6 +302,9 @@ class System:
         found = self._supported.reactions(
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
+        if self.linked:
+            force, moment = self.linked.ground()
+            found = found._replace(force=found.force + force, moment=found.moment + moment)
         if not self._inner:
             return found
         forces = self._ground_forces[self.translations]
@@ -284,12 +315,18 @@ class System:
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
 
     def joints(self):
-        """(n_joints, 4) force on the plate of the first nodes of every joint [N], and moment of a
-        hinge [N m], of the iterate that was assembled last."""
+        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
+        """
         found = np.zeros((len(self.model.joints), 4))
         found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
         if self.hinges:
-            found[:, 3] = self.hinges.by_joint(self.hinges.moments, len(found))
+            n = len(self.hinges.moments)
+            found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
+        if self.linked:
+            found[:, 3] += self.linked.about_axes()
+            for number in np.unique(self.linked.owners):
+                found[number, :3] = self.linked.on(number)[0]
         return found
 
     def _moments_on_normals(self, place, averaged):
@@ -348,6 +385,8 @@ class System:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
         if self.hinges:
             self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
+        if self.bodies:
+            self.bodies.add_matrix(self.solver.storage, step, solver.values)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
                                      loads.dead.moments, self.nodal, solver.skew)

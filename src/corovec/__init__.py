@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         Spring,
         foundation,
     )
+    from .solver.model.bodies import RigidBody
     from .solver.model.cutting import Cut, cut
     from .solver.model.cyclic import Cyclic
     from .solver.model.directors import orient
@@ -50,6 +51,15 @@ if TYPE_CHECKING:
     )
     from .solver.model.joints import Hinge, Spherical
     from .solver.model.laminates import Lamina, Laminate, Ply, Section, Strength
+    from .solver.model.linkages import (
+        Ball,
+        Cylindrical,
+        Prismatic,
+        Revolute,
+        RigidLink,
+        Tie,
+        Universal,
+    )
     from .solver.model.loads import (
         Centrifugal,
         Drive,
@@ -89,6 +99,7 @@ _WHERE = {
     "input.files": ("read_model",),
     "input.running": ("ModelRun", "run_model"),
     "model.attached": ("Damping", "GroundSpring", "PointMass", "Spring", "foundation"),
+    "model.bodies": ("RigidBody",),
     "model.cutting": ("Cut", "cut"),
     "model.cyclic": ("Cyclic",),
     "model.directors": ("orient",),
@@ -96,6 +107,8 @@ _WHERE = {
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
     "model.joints": ("Hinge", "Spherical"),
     "model.laminates": ("Lamina", "Laminate", "Ply", "Section", "Strength"),
+    "model.linkages": ("Ball", "Cylindrical", "Prismatic", "Revolute", "RigidLink", "Tie",
+                       "Universal"),
     "model.loads": ("Centrifugal", "Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure",
                     "Support", "line_load", "line_moment", "surface_load", "symmetry_plane"),
     "model.meshes": ("Mesh", "join"),
@@ -115,18 +128,19 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic", "Damping",
-    "Drift", "Drive", "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic",
-    "Hinge", "InputError", "JointProbe", "Lamina", "Laminate", "LayerStresses", "LinearResult",
-    "Mesh", "MeshWarning", "Model", "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment",
-    "Ply", "PointMass", "Pressure", "Result", "ResultFileError", "ResultFileWarning", "Scheme",
+    "AccuracyWarning", "Ball", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic",
+    "Cylindrical", "Damping", "Drift", "Drive", "EnergyProbe", "Expression", "Gravity",
+    "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe", "Lamina", "Laminate",
+    "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Modes",
+    "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure", "Prismatic", "Result",
+    "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody", "RigidLink", "Scheme",
     "Section", "Settings", "Spherical", "Spring", "StabilityWarning", "StaticResult",
     "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses", "Support",
-    "TimeFunction", "arc_length", "block", "buckling", "cut", "cylinder", "data_frame", "drift",
-    "foundation", "join", "layer_stresses", "line_load", "line_moment", "load_control", "modes",
-    "orient", "read", "read_model", "read_time_function", "rigid_velocity", "run_model",
-    "simulate", "solve_linear", "sphere", "sphere_segment", "stresses", "surface_load",
-    "symmetry_plane", "total_energy", "warm_up",
+    "Tie", "TimeFunction", "Universal", "arc_length", "block", "buckling", "cut", "cylinder",
+    "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load", "line_moment",
+    "load_control", "modes", "orient", "read", "read_model", "read_time_function",
+    "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
+    "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
