@@ -37,6 +37,7 @@ from corovec import (
 from corovec.solver.model.cutting import apart
 from corovec.solver.model.mesh import node_at
 from corovec.solver.system.joints import Hinges
+from corovec.solver.system.turning import Turnings
 from corovec.verification.fuzz.kills import assert_same_bits
 from corovec.verification.shells import CLAMPED
 from corovec.verification.suites.joints import (
@@ -158,14 +159,14 @@ def test_each_moment_acts():
 def test_a_latch_holds():
     """Before its angle it does nothing; then it is a spring about it: the servo that has pushed the
     plates there does not take them back."""
-    states, latch = [], Hinges.latch
+    states, latch = [], Turnings.latch
 
     def watched(self, state):
         latch(self, state)
         states.append(state.hinges.copy())
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Hinges, "latch", watched)
+        patch.setattr(Turnings, "latch", watched)
         run(chain(2, **{**MOMENTS["latch"], "lock_damping": 20.0},
                   turning=TimeFunction((2.0, 3.0), (1.0, -1.0))), end=6.0)
     angles, locked, _ = np.moveaxis(states, 2, 0)
