@@ -506,7 +506,7 @@ MISTAKES = {
     "stops beside the start": (lambda: two(stops=(0.1, 1.0), stop_stiffness=1.0),
                                "stops must be two angles, the smaller first, with the initial"),
     "latch at the start": (lambda: two(lock=0.0, lock_stiffness=1.0),
-                           "hinge h1: lock must not be the initial angle 0: that is no hinge"),
+                           "hinge h1: lock must not be the initial angle 0: that is no joint"),
     "latch without stiffness": (lambda: two(lock=1.0), "lock_stiffness must be positive"),
     "no joint": (lambda: replace(chain(2), joints=["h1"]), r"joints\[0\] must be one of Spherical"),
     "unjoined": (lambda: replace(chain(2), joints=()), "nodes 2 and 1[0-9] are at the same place"),
