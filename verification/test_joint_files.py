@@ -82,8 +82,10 @@ corner = { joint = "joint 1" }
         assert np.array_equal(*(model.nodes[list(side)] for side in (hinge.nodes, hinge.others)))
         opening, push = (TimeFunction(*points) for points in (
             ((0.0, 1.0), (0.0, 1.0)), ((0.0, 0.1, 0.2), (0.0, 1.0, 0.0))))
-        assert hinge == Hinge(hinge.nodes, hinge.others, 3.0, 1.5, opening, 0.1, (-0.1, 3.2), 500.0,
-                              1.5, 1e3, 2.0, 0.5, push, "root")
+        assert hinge == Hinge(
+            hinge.nodes, hinge.others, stiffness=3.0, rest=1.5, turning=opening, damping=0.1,
+            stops=(-0.1, 3.2), stop_stiffness=500.0, lock=1.5, lock_stiffness=1e3,
+            lock_damping=2.0, torque=0.5, history=push, name="root")
         assert corner == Spherical(corner.nodes) and len(corner.nodes) == 2
         assert np.all(model.nodes[list(corner.nodes)] == (4.0, 1.0, 0.0))
     assert definition.probes_on(definition.mesh(6)) == {"root": JointProbe("root"),
