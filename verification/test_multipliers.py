@@ -73,7 +73,7 @@ KINDS = {
     "spring": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stiffness=4.0, rest=1.0)]),
     "damper": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, damping=1.0)]),
     "stops": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stops=(-0.02, 0.02),
-                                   stop_stiffness=50.0)]),
+                                   stop_stiffness=20.0)]),
     "motor": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, torque=2.0, history=PULSE)]),
     "latch": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stiffness=4.0, rest=2.0, lock=0.1,
                                    lock_stiffness=300.0, lock_damping=0.5)]),

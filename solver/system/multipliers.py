@@ -476,33 +476,50 @@ class Multipliers:
         self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
         self._n[:] = self._rates_end(work.frames, rates, driven)
-        self._at = state.chart, work, step.rate_delta, state.x
+        at = self._nodes
+        self._at = (step.rate_delta, state.x[at] + state.x_low[at], work.dx[at].copy(),
+                    state.chart[at], work.frames[at])
         spread = np.zeros(len(self.dofs))
         self._spread(self._nodes, self._local, self._n_rot, state.chart, work.frames,
                      step.rate_delta, self._impulse @ self._n, spread)
         forces[self.dofs] += spread - self._G_m.T @ self.forces
 
-    def on(self, number=None):
+    def on(self, number):
         """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
-        end ``other``, or on ``one`` where the other is the ground; of all joints on all bodies
-        without it: what the ground does.  Means of the step of the iterate whose forces were added
-        last: of the multipliers at its middle, and of the impulses at both ends."""
-        frames, work, rate, x = self._at
-        rows = np.ones(len(self.owners)) if number is None else 1.0 * (self.owners == number)
+        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the
+        iterate whose forces were added last: of the multipliers at its middle, and of the impulses
+        at both ends."""
+        rate, x, dx, before, after = self._at
+        rows = 1.0 * (self.owners == number)
         hard = rows[:self._hard]
-        before, after = (solve_triangular(root.T, self._n, lower=False)
-                         for root in (self._root, self._root_1))
-        acting = ((-self._G_m.T @ (rows * self.forces), x + 0.5 * work.dx, frames),
-                  (rate * (self._G_0.T @ (hard * before)), x, frames),
-                  (-rate * (self._G_1.T @ (hard * after)), x + work.dx, work.frames))
+        first, last = (solve_triangular(root.T, self._n, lower=False)
+                       for root in (self._root, self._root_1))
+        acting = ((-self._G_m.T @ (rows * self.forces), 0.5),
+                  (rate * (self._G_0.T @ (hard * first)), 0.0),
+                  (-rate * (self._G_1.T @ (hard * last)), 1.0))
         force, moment = np.zeros((2, 3))
-        for i in self._nodes if number is None else self._end_of(number):
+        for i in self._end_of(number):
+            j = np.searchsorted(self._nodes, i)
             at, n = self._local[i], self._n_rot[i]
-            for f, places, axes in acting:
-                basis = axes[i] if n == 3 else np.stack([axes[i, 1], -axes[i, 0]])
+            for f, part in acting:
+                axes = before[j] + part * (after[j] - before[j])
+                if n == 2:
+                    axes = np.stack([axes[1], -axes[0]]) / (axes[2] @ axes[2])
+                elif part == 0.5:
+                    axes = before[j]
                 force += f[at:at + 3]
-                moment += np.cross(places[i], f[at:at + 3]) + f[at + 3:at + 3 + n] @ basis
+                moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
         return force, moment
+
+    def about_axes(self):
+        """(n_joints,) moments that turn joints on, of drives too [N m]."""
+        return np.bincount(self.owners[self._m:], -self.forces[self._m:], len(self._model.joints))
+
+    def ground(self):
+        """The same of all joints to the ground, together."""
+        grounded = [k for k, joint in enumerate(self._model.joints) if GROUND in joint.ends]
+        parts = [self.on(k) for k in grounded] or [np.zeros((2, 3))]
+        return tuple(np.sum(parts, axis=0))
 
     def _end_of(self, number):
         """Nodes of the end on which a joint's force is told."""

@@ -20,12 +20,13 @@ from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
 from .bodies import Bodies
+from .constrained import constrained
 from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .joints import Hinges
-from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
+from .joints import Hinges, JointForces
+from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
@@ -87,6 +88,8 @@ class System:
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
+        beside = [(group[0], other) for group in model.joined for other in group[1:]]
+        cells += [np.array(beside)] if beside else []  # joined nodes are numbered side by side
         self.numbering = number_dofs((model.quads, *cells), n_rot)
         self.bodies.number(self.numbering)
         self.coordinates = self._make_coordinates(follow)
@@ -96,16 +99,16 @@ class System:
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
+        self._joint_forces = JointForces(model, self._supported.joined)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
-        if full_tangent and not self.all_dead:
+        unsymmetric = full_tangent and not self.all_dead
+        if constraints:
+            self.solver = constrained(self.numbering, constraints.T, unsymmetric)
+        elif unsymmetric:
             self.solver = UnsymmetricLU(self.numbering)
-        elif constraints:
-            self.solver = SuperLU(self.numbering)
         else:
             self.solver = make_solver(solver, self.numbering, threads)
-        if constraints:
-            self.solver = Constrained(self.solver, constraints.T)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
@@ -316,7 +319,7 @@ class System:
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
         if self.linked:
-            force, moment = self.linked.on()
+            force, moment = self.linked.ground()
             found = found._replace(force=found.force + force, moment=found.moment + moment)
         if not self._inner:
             return found
@@ -326,6 +329,21 @@ class System:
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def joints(self):
+        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
+        """
+        found = np.zeros((len(self.model.joints), 4))
+        found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
+        if self.hinges:
+            n = len(self.hinges.moments)
+            found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
+        if self.linked:
+            found[:, 3] += self.linked.about_axes()
+            for number in np.unique(self.linked.owners):
+                found[number, :3] = self.linked.on(number)[0]
+        return found
 
     def _moments_on_normals(self, place, averaged):
         """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that
@@ -343,6 +361,8 @@ class System:
         their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
         are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
+        if self.hinges:
+            change += self.hinges.linear(self.dofs, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size
