@@ -191,7 +191,7 @@ class Sparse:
     @property
     def sources(self):
         """Of each entry of ``matrix`` the place in the values."""
-        return self._source
+        return self._mirror[1]
 
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
