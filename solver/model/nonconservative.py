@@ -162,20 +162,20 @@ def _short(text):
 
 def identity(called):
     """What tells a function from another in results: its name, and a digest of its source, its
-    defaults and what it closes over, as far as these are numbers, texts and arrays."""
+    defaults and what it closes over, holds or is bound to, as far as these are numbers, texts and
+    arrays."""
     bound = getattr(called, "__func__", called)
     owner = bound if hasattr(bound, "__qualname__") else type(bound)
     try:
         source = inspect.getsource(owner)
     except (OSError, TypeError):
         source = ""
-    cells = [_content(cell) for cell in getattr(bound, "__closure__", None) or ()]
-    defaults = [*(getattr(bound, "__defaults__", None) or ()),
-                *sorted((getattr(bound, "__kwdefaults__", None) or {}).items())]
-    digest = hashlib.sha256(source.encode())
-    for value in (*defaults, *cells):
-        digest.update(_plain(value).encode())
-    return f"{owner.__module__}.{owner.__qualname__} {digest.hexdigest()}"
+    held = [getattr(bound, name, None) for name in ("__defaults__", "__kwdefaults__", "__dict__")]
+    held += [_content(cell) for cell in getattr(bound, "__closure__", None) or ()]
+    held += [getattr(called, name, None) for name in ("func", "args", "keywords", "__self__")]
+    digest = hashlib.sha256("; ".join([source, *map(_plain, held)]).encode())
+    name = getattr(owner, "__qualname__", type(owner).__qualname__)
+    return f"{owner.__module__}.{name} {digest.hexdigest()}"
 
 
 def _content(cell):
@@ -187,11 +187,18 @@ def _content(cell):
 
 
 def _plain(value):
-    """A value as text that is the same in another process; of other objects their type."""
+    """A value as text that is the same in another process."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_plain, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {_plain(value[key])}' for key in sorted(value, key=str))}}}"
     if isinstance(value, bool | int | float | str | np.generic | None):
         return repr(value)
-    return type(value).__qualname__
+    if inspect.isfunction(value):
+        return identity(value)
+    held = getattr(value, "__dict__", {})
+    return type(value).__qualname__ + _plain({
+        name: one if isinstance(one, np.ndarray | bool | int | float | str) else type(one).__name__
+        for name, one in held.items()})
