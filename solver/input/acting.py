@@ -38,6 +38,7 @@ from .values import (
     Name,
     NotNegative,
     Number,
+    NumberOrPoint,
     Point,
     Positive,
     Provenance,
@@ -132,8 +133,7 @@ KINDS = ("force", "moment", "pressure", "gravity", "centrifugal", "follower", "d
 
 
 class Load(Strict):
-    """A force, a moment, a pressure, a weight, a spin or a drag, with its place and its function of
-    time.
+    """A force, a moment, a pressure, a weight, a spin, a drag; with its place, function of time.
 
     Attributes:
         name: of the load.
@@ -170,7 +170,7 @@ class Load(Strict):
     gravity: Annotated[Sourced[Point], Unit(None)] | None = None
     centrifugal: Annotated[Sourced[Point], Unit(None)] | None = None
     about: in_unit("m", Point) | None = None
-    follower: Annotated[Sourced[Number | Point], Unit(None)] | None = None
+    follower: Annotated[Sourced[NumberOrPoint], Unit(None)] | None = None
     drag: Annotated[Sourced[NotNegative], Unit(None)] | None = None
     density: in_unit("kg/m^3", Positive) | None = None
     velocity: in_unit("m/s", Point) | None = None
