@@ -138,6 +138,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
       corovec run shell.toml --scheme exact --dissipation 0.1 --error 1e-5 --output shell.h5
     """
     from .compilation import warm_up
+    from .dynamics.settings import taking_part
     from .input.files import find_model, read_model
     from .input.running import ReadySteps
     from .results.files import RUN, writable_path
@@ -157,7 +158,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     else:
         options["stresses"] = options["stresses"] or definition.output.stresses
         options["frame_every"] = options["frame_every"] or definition.output.frame_every
-        for name in ("scheme", "dissipation", "error"):
+        for name in ("scheme", "dissipation", "dissipates", "rho_inf", "error"):
             if not _given(name):
                 options[name] = getattr(definition.dynamic, name)
                 words[name] = f"{name} of {path}"
@@ -185,7 +186,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
                ("assembly", "factorization", "solve", "rest", "total")}
     show({"case": case, **({"static": of_static} if static else {}), "elements": steps.elements,
           "nodes": len(shell.nodes), "membrane": membrane,
-          "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
+          "edges": shell.folds._asdict(), "body": body(shell), **taking_part(asdict(settings)),
           "solver": result.solver,
           **_summary(result.history, shell.unloaded_at, result.supported),
           "output": output and str(output),
@@ -291,19 +292,21 @@ def info(file, as_json):
     Example:
       corovec info run.h5
     """
+    from .dynamics.settings import taking_part
     from .results.reading import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
     if "factor" in history.dtype.names:
-        outcome = _static_summary(history)
+        settings, outcome = description["settings"], _static_summary(history)
     else:
+        settings = taking_part(description["settings"])
         outcome = _summary(history, description["unloaded_at"], description["supported"])
-    open_end = description["settings"].get("method") == "arc length"
+    open_end = settings.get("method") == "arc length"
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
         "edges": description["edges"], "body": description["body"],
-        **description["settings"], "solver": description["solver"], "steps": contents["step"],
+        **settings, "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome,
         "versions": description["versions"], "machine": description["machine"]}
@@ -315,7 +318,10 @@ class _Progress:
 
     def __init__(self, n_steps, unloaded_at):
         from tqdm import tqdm
+
+        from .dynamics.result import unaccounted
         self._bar = tqdm(total=n_steps, unit="step", disable=None, file=sys.stderr)
+        self._unaccounted = unaccounted
         self._unloaded_at = unloaded_at
         self._reference = None
         self._largest = 0.0
@@ -329,12 +335,13 @@ class _Progress:
     def __call__(self, step, n_steps, row):
         if self._bar.disable:
             return
-        energy = row["kinetic_energy"] + row["strain_energy"]
         if row["time"] >= self._unloaded_at * (1.0 - 1e-12):
-            self._reference = energy if self._reference is None else self._reference
-            if self._reference > 0.0:
-                change = abs(energy / self._reference - 1.0)
-                self._largest = max(self._largest, change)
+            left = self._unaccounted(row)
+            if self._reference is None:
+                self._reference = left, row["kinetic_energy"] + row["strain_energy"]
+            first, energy = self._reference
+            if energy > 0.0:
+                self._largest = max(self._largest, abs(left - first) / energy)
         drift = f", drift {self._largest:.1e}" if self._reference is not None else ""
         self._bar.set_postfix_str(f"t = {row['time']:.4g} s{drift}", refresh=False)
         self._bar.update(step - self._bar.n)

@@ -3,6 +3,7 @@
 import json
 import re
 import tomllib
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from corovec import (
     NodalLoad,
     NodalMoment,
     Pressure,
+    Scheme,
     Settings,
     Steps,
     Support,
@@ -361,6 +363,10 @@ LOAD = '[[loads]]\nname = "a"\n'
     ("[[steps]]\nkind = 'modal'", "steps[0]: "),
     ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\nscheme = 'exact'\ndissipation = true",
      "steps[0].dynamic.dissipation: must be a number, is True"),
+    ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\nscheme = 'exact'\nrho_inf = 0.9",
+     "rho_inf and transformation belong to the scheme quasi"),
+    ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\ndissipates = 'constant'",
+     "dissipates belongs to the scheme exact"),
     ("[[steps]]\nkind = 'dynamic'\ndt = 1.0\nend_time = 1.0\n[[steps]]\nkind = 'static'",
      "steps: one static, one dynamic, or a static and a dynamic one are possible"),
     ("[[steps]]\nkind = 'static'\nloads = ['a']", "steps[0].loads: 'a' is unknown, there is none"),
@@ -504,6 +510,29 @@ where = { x = 2.0 }
     for u in (static.displacement[-1, 14], *dynamic.history["tip_u"]):
         assert u[2] == pytest.approx(0.01, rel=1e-12)
     assert dynamic.history["kinetic_energy"][-1] > 0.0
+
+
+@pytest.mark.parametrize("keys, scheme", [
+    ("scheme = 'exact'\ndissipation = 0.1\ndissipates = 'constant'",
+     Scheme("exact", dissipation=0.1, dissipates="constant")),
+    ("rho_inf = 0.9", Scheme(rho_inf=0.9)), ("scheme = 'newmark'", Scheme("newmark"))])
+def test_the_scheme_of_a_motion(made, tmp_path, keys, scheme):
+    """That of the file, in Python and by the command, where no option says otherwise."""
+    steps = MOTION.replace("loads =", f"{keys}\nloads =")
+    assert made(steps, TWO_STEPS).dynamic.settings().scheme == scheme
+    output = tmp_path / "a.h5"
+    assert in_process("run", str(tmp_path / "shell.toml"), "--output", str(output)).returncode == 0
+    assert read(output)["description"]["settings"]["scheme"] == asdict(scheme)
+
+
+def test_the_file_to_start_from_by_another_scheme(made):
+    """What stands there as a comment is possible as it is."""
+    start = reference.START.read_text()
+    for key in ("scheme", "dissipation", "error"):
+        assert f"\n# {key} = " in start
+        start = start.replace(f"\n# {key} = ", f"\n{key} = ")
+    settings = made("", start).dynamic.settings()
+    assert settings.scheme == Scheme("exact", dissipation=0.1) and settings.error == 1e-5
 
 
 def test_settings_are_of_a_motion(made):

@@ -1,5 +1,6 @@
 """Running a model: the loop over time steps."""
 
+import math
 import time
 from collections.abc import Callable
 from typing import Annotated
@@ -12,6 +13,7 @@ from ..model.histories import Steps
 from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
 from ..results.files import output_path
+from ..results.layout import Sizes
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration, configuration
@@ -71,6 +73,8 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
     """
     output = output_path(output, overwrite, resume)
     probes = check_run(model, settings, probes)
+    if output is not None:
+        _check_frames(model, settings)
     start = None if start is None else _start(model, start)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
@@ -148,6 +152,11 @@ RARELY, LEAST, MOST = 2e6, 25, 200
 is killed, and a factorization is dropped no more often."""
 
 
+def _rarely(n_dof):
+    """Steps after a checkpoint from which the next frame is one."""
+    return int(np.clip(RARELY / n_dof, LEAST, MOST))
+
+
 class _Run:
     """A state, its history, and the file they are written to.
 
@@ -172,7 +181,7 @@ class _Run:
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
-        self._rarely = int(np.clip(RARELY / system.numbering.n_dof, LEAST, MOST))
+        self._rarely = _rarely(system.numbering.n_dof)
         self._checkpoint = 0
         self._halvings = Halvings(settings.dt, 0)
         self._fill(0, StepRecord())
@@ -262,6 +271,21 @@ def _check_memory(model, settings, row):
     check_memory(f"the history of {steps} steps",
                  steps * (row.itemsize + SAMPLE) + (frames * FRAME if settings.frame_every else 0))
     check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
+
+
+STATE = 3 * 40 * 8
+"""Bytes that states for a checkpoint take a node: three of about 40 numbers."""
+
+
+def _check_frames(model, settings):
+    """Frames between two checkpoints wait in memory, and while they are written as long again."""
+    fields = Sizes(False, len(model.nodes), len(model.quads), len(model.normals), 0, 0, 0,
+                   bool(model.supports) or model.grounded, settings.stresses).fields
+    each = 8 * sum(math.prod(shape) for _, shape in fields.values())
+    between = np.diff(settings.frame_steps).max()
+    waiting = min(-(-_rarely(5 * len(model.nodes)) // between), len(settings.frame_steps))
+    check_memory(f"{waiting} frames between two checkpoints",
+                 2 * waiting * each + STATE * len(model.nodes))
 
 
 def _check_supports(model, settings):

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ..checks import floats
 from ..dynamics.probes import Probes
-from ..dynamics.scheme import SCHEMES, Scheme
+from ..dynamics.scheme import DISSIPATES, SCHEMES, Scheme
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.arithmetic import arithmetic
@@ -148,6 +148,8 @@ class Dynamic(Strict):
         loads: names of those that act; all without it.
         scheme: ``quasi``, ``exact`` or ``newmark``.
         dissipation: of ``exact``, 0 to 1.
+        dissipates: of ``exact``, ``selective`` or ``constant``: where that is.
+        rho_inf: of ``quasi``, the spectral radius at infinity, 0 to 1.
         error: of a step, in sizes of the shell, beyond which it is divided; 0 for steps of dt.
     """
 
@@ -157,6 +159,8 @@ class Dynamic(Strict):
     loads: list[Name] | None = None
     scheme: Literal[SCHEMES] = "quasi"
     dissipation: Number = 0.0
+    dissipates: Literal[DISSIPATES] = "selective"
+    rho_inf: Number = 1.0
     error: Number = 0.0
 
     @model_validator(mode="after")
@@ -166,8 +170,9 @@ class Dynamic(Strict):
 
     def settings(self, **others):
         """``Settings`` of the step."""
-        return Settings(self.dt, self.end_time, Scheme(self.scheme, dissipation=self.dissipation),
-                        error=self.error, **others)
+        scheme = Scheme(self.scheme, self.rho_inf, dissipation=self.dissipation,
+                        dissipates=self.dissipates)
+        return Settings(self.dt, self.end_time, scheme, error=self.error, **others)
 
 
 class Output(Strict):

@@ -79,6 +79,18 @@ def _slope(stiffness, limit, side, before, after):
 
 
 @internal
+def _slope_change(stiffness, limit, side, before, after, weight):
+    """Derivative of ``_slope`` by the angle at the end; ``weight``: of that end in springs."""
+    a, b = _beyond(after, limit, side), _beyond(before, limit, side)
+    if a > 0.0 and b > 0.0:
+        return weight * stiffness
+    if a > 0.0 or b > 0.0:
+        change = after - before
+        return stiffness * (side * a - 0.5 * (a * a - b * b) / change) / change
+    return 0.0
+
+
+@internal
 def _side(own):
     """Of which kind of limit the latch is."""
     return 1.0 if own[LOCK] > 0.0 else -1.0
@@ -109,18 +121,17 @@ def _moment(own, state, before, after, slack, weight, rate):
     moment = -own[K] * (angle - (state[SLACK] + weight * (slack - state[SLACK])))
     moment -= _slope(own[STOP], own[LEAST], -1.0, before, after)
     moment -= _slope(own[STOP], own[MOST], 1.0, before, after)
-    stiffness = own[K]
-    if _beyond(after, own[LEAST], -1.0) + _beyond(after, own[MOST], 1.0) > 0.0:
-        stiffness += own[STOP]
+    stiffness = weight * own[K]
+    stiffness += _slope_change(own[STOP], own[LEAST], -1.0, before, after, weight)
+    stiffness += _slope_change(own[STOP], own[MOST], 1.0, before, after, weight)
     if state[LOCKED] > 0.0:
         moment -= own[LOCK_K] * (angle - own[LOCK])
         damping += own[LOCK_DAMPING]
-        stiffness += own[LOCK_K]
+        stiffness += weight * own[LOCK_K]
     else:
         moment -= _slope(own[LOCK_K], own[LOCK], _side(own), before, after)
-        if _beyond(after, own[LOCK], _side(own)) > 0.0:
-            stiffness += own[LOCK_K]
-    return moment - damping * rate * change, weight * stiffness + damping * rate
+        stiffness += _slope_change(own[LOCK_K], own[LOCK], _side(own), before, after, weight)
+    return moment - damping * rate * change, stiffness + damping * rate
 
 
 @internal

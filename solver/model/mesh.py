@@ -150,7 +150,7 @@ def check_mesh(nodes, quads, joined=(), free=0):
     check_connectivity(quads)
     _check_nodes(nodes, quads, joined)
     check_shapes(nodes, quads)
-    _check_edges(nodes, quads)
+    _check_edges(nodes, quads, joined)
 
 
 def element_edges(quads):
@@ -199,8 +199,9 @@ def _near(nodes, quads):
     return MERGE * size + ROUNDING * np.abs(nodes).max(axis=1)
 
 
-def _check_edges(nodes, quads):
-    """No node on an edge of an element whose node it is not: the edge would open there."""
+def _check_edges(nodes, quads, joined):
+    """No node on an edge of an element whose node it is not, but of one that it is tied to: the
+    edge would open there."""
     edges = element_edges(quads)
     start, along = nodes[edges[:, 0]], nodes[edges[:, 1]] - nodes[edges[:, 0]]
     length, tree = np.linalg.norm(along, axis=1), cKDTree(nodes)
@@ -209,7 +210,8 @@ def _check_edges(nodes, quads):
     crowded = np.flatnonzero(tree.query(middle)[0] < 0.499999 * length)
     for k, found in zip(crowded, tree.query_ball_point(middle[crowded], 0.501 * length[crowded])):
         hanging = np.array(found)[passed(nodes[found], *(found.index(i) for i in edges[k]))]
-        if len(hanging):
+        one = {*edges[k].tolist(), *hanging[:1].tolist()}
+        if len(hanging) and not any(one <= set(members) for members in joined):
             raise InputError(f"node {hanging[0]} lies on the edge of element {k // 4} between its "
                              f"nodes {edges[k, 0]} and {edges[k, 1]} and is none of its nodes: "
                              "divide the element there")

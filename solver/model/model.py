@@ -59,7 +59,7 @@ from .joints import (
     supports_of,
 )
 from .laminates import Section, directions_of, law_of, members_of
-from .linkages import LINKED, check_linked
+from .linkages import LINKED, Tie, check_linked
 from .loads import (
     COMPONENTS,
     Centrifugal,
@@ -166,7 +166,8 @@ class Model:
         for name, joint in zip(names_of(self.joints), self.joints):
             if isinstance(joint, LINKED):
                 check_linked(name, joint, nodes, [body.name for body in self.bodies], self.joined)
-        check_mesh(nodes, quads, self.joined, len(self.bodies))
+        tied = [[*joint.nodes, *joint.line] for joint in self.joints if isinstance(joint, Tie)]
+        check_mesh(nodes, quads, self.joined + tied, len(self.bodies))
         put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)

@@ -103,8 +103,9 @@ class Recorder:
         the latest."""
         index, at, fields = frame
         fields = {name: np.array(values) for name, values in fields.items()}
+        unused = self._latest[1] if self._pending else None  # no checkpoint: it is not written
         self._pending.append((rows, (index, at, fields)))
-        self._latest = step, state.pack()
+        self._latest = step, state.pack(out=unused)
         if checkpoint:
             self._close()
             if time.monotonic() - self._written > WAIT:

@@ -81,14 +81,15 @@ class _Rows:
             for i in body.nodes:
                 self._carry(body, i)
 
-    def _node(self, end):
+    def node(self, end):
+        """Number of the node of an end."""
         return self._node_of[end] if isinstance(end, str) else end
 
     def _point(self, end, place):
         """The point of an end at a place."""
         if end == GROUND:
             return place, []
-        i = self._node(end)
+        i = self.node(end)
         arm = place - self._model.nodes[i]
         if self._n_rot[i] == 2:  # its node, see ``check_linked``
             arm = np.zeros(3)
@@ -98,7 +99,7 @@ class _Rows:
         """A direction that an end takes along; of a smooth node its normal."""
         if end == GROUND:
             return np.array(direction), []
-        i = self._node(end)
+        i = self.node(end)
         if self._n_rot[i] == 2:
             p = self._model.normals[self._model.directors.first[i]]
             if np.linalg.norm(np.cross(p, direction)) > ALONG:
@@ -109,9 +110,9 @@ class _Rows:
     def _across(self, end, axis):
         """Two directions at right angles to an axis that an end takes along; of a smooth node,
         whose axis is its normal, those of its frame."""
-        if end != GROUND and self._n_rot[self._node(end)] == 2:
+        if end != GROUND and self._n_rot[self.node(end)] == 2:
             self._vector(end, axis)
-            i = self._node(end)
+            i = self.node(end)
             return [(np.zeros(3), [(i, 0.0, e)]) for e in np.eye(3)[:2]]
         side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         side /= np.linalg.norm(side)
@@ -120,7 +121,7 @@ class _Rows:
     def _axes(self, *ends):
         """Three directions of an end, of a body or a junction if one is."""
         turning = [end for end in ends if end != GROUND]
-        i = self._node(max(turning, key=lambda end: self._n_rot[self._node(end)]))
+        i = self.node(max(turning, key=lambda end: self._n_rot[self.node(end)]))
         return [(np.zeros(3), [(i, 0.0, e)]) for e in np.eye(3)]
 
     def _add(self, u, w):
@@ -148,8 +149,8 @@ class _Rows:
         self._align(joint)
         if joint.places:
             for end in joint.ends:
-                if end != GROUND and self._n_rot[self._node(end)] == 2:
-                    raise InputError(f"{self._name}: node {self._node(end)} of a shell does not "
+                if end != GROUND and self._n_rot[self.node(end)] == 2:
+                    raise InputError(f"{self._name}: node {self.node(end)} of a shell does not "
                                      "know turns about its normal, a moment or an angle needs "
                                      "bodies")
             across = self._across(joint.one, joint.axis)
@@ -179,7 +180,7 @@ class _Rows:
             if place is None and end == GROUND:
                 raise InputError(f"{self._name}: its point of the ground is missing (at is that of "
                                  "one, to that of the other)")
-            own = None if end == GROUND else nodes[self._node(end)]
+            own = None if end == GROUND else nodes[self.node(end)]
             points.append(own if place is None or not isinstance(end, str) else np.array(place))
         rod = _difference(*(self._point(end, at) for end, at in zip(joint.ends, points)))
         if np.linalg.norm(points[1] - points[0]) < ALONG * self._model.size:
@@ -294,7 +295,7 @@ class Multipliers:
 
     def __init__(self, system):
         model, numbering, coordinates = system.model, system.numbering, system.coordinates
-        rows = _Rows(model, numbering.n_rot, coordinates.initial_frames)
+        self._rows_of = rows = _Rows(model, numbering.n_rot, coordinates.initial_frames)
         self._model, self._free = model, coordinates.free
         self._turnings = system.turnings
         driven = [angle for angle in rows.angles if model.joints[angle[0]].angle is not None]
@@ -431,8 +432,8 @@ class Multipliers:
         u, d = self._u[0], self._d[0]
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
         self._G_0 = self._rows(state.chart, u, d, *self._weights(u))[:self._hard]
-        root = _root(self._mobility(self._G_0))
-        self._impulse = solve_triangular(root, self._G_0, lower=True).T
+        self._root = _root(self._mobility(self._G_0))
+        self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
 
     def check_rates(self, state, driven):
         """Raise ``InputError`` for initial velocities that constraints do not allow; ``driven``:
@@ -474,11 +475,54 @@ class Multipliers:
         self._D = self._rows(state.chart, u[1], d[1], *self._weights(u[1]), self._turns)
         self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:], _ = self._rates_end(work.frames, rates, driven)
+        self._n[:] = self._rates_end(work.frames, rates, driven)
+        at = self._nodes
+        self._at = (step.rate_delta, state.x[at] + state.x_low[at], work.dx[at].copy(),
+                    state.chart[at], work.frames[at])
         spread = np.zeros(len(self.dofs))
         self._spread(self._nodes, self._local, self._n_rot, state.chart, work.frames,
                      step.rate_delta, self._impulse @ self._n, spread)
         forces[self.dofs] += spread - self._G_m.T @ self.forces
+
+    def on(self, number):
+        """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
+        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the iterate whose forces were added
+        last: of the multipliers at its middle, and of the impulses at both ends."""
+        rate, x, dx, before, after = self._at
+        rows = 1.0 * (self.owners == number)
+        hard = rows[:self._hard]
+        first, last = (solve_triangular(root.T, self._n, lower=False)
+                       for root in (self._root, self._root_1))
+        acting = ((-self._G_m.T @ (rows * self.forces), 0.5),
+                  (rate * (self._G_0.T @ (hard * first)), 0.0),
+                  (-rate * (self._G_1.T @ (hard * last)), 1.0))
+        force, moment = np.zeros((2, 3))
+        for i in self._end_of(number):
+            j = np.searchsorted(self._nodes, i)
+            at, n = self._local[i], self._n_rot[i]
+            for f, part in acting:
+                axes = before[j] + part * (after[j] - before[j])
+                if n == 2:
+                    axes = np.stack([axes[1], -axes[0]]) / (axes[2] @ axes[2])
+                elif part == 0.5:
+                    axes = before[j]
+                force += f[at:at + 3]
+                moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
+        return force, moment
+
+    def ground(self):
+        """The same of all joints to the ground, together."""
+        grounded = [k for k, joint in enumerate(self._model.joints) if GROUND in joint.ends]
+        parts = [self.on(k) for k in grounded] or [np.zeros((2, 3))]
+        return tuple(np.sum(parts, axis=0))
+
+    def _end_of(self, number):
+        """Nodes of the end on which a joint's force is told."""
+        joint = self._model.joints[number]
+        if isinstance(joint, Tie):
+            return joint.nodes
+        end = joint.one if joint.other == GROUND else joint.other
+        return [self._rows_of.node(end)]
 
     def _miss(self, state, change, step, driven, slacks, motors):
         """By how much rows are missed."""
@@ -501,14 +545,14 @@ class Multipliers:
         return step.delta / np.maximum(np.diag(self._mobility(self._D[self._hard:])), TINY)
 
     def _rates_end(self, frames, rates, driven):
-        """n by which ``G_1 v_1`` is what drives want, and L_1^-1 G_1, of rates (n_local,) without
-        impulses."""
-        G = self._rows(frames, self._u[1], self._d[1], *self._weights(self._u[1]))[:self._hard]
-        root = _root(self._mobility(G))
-        missed = G @ rates
+        """n by which ``G_1 v_1`` is what drives want, of rates (n_local,) without impulses."""
+        self._G_1 = self._rows(frames, self._u[1], self._d[1], *self._weights(self._u[1]))
+        self._G_1 = self._G_1[:self._hard]
+        self._root_1 = _root(self._mobility(self._G_1))
+        missed = self._G_1 @ rates
         missed[self._m:] -= driven.after
-        return (np.linalg.solve(G @ self._inverse_here @ self._impulse + root, missed),
-                solve_triangular(root, G, lower=True))
+        return np.linalg.solve(self._G_1 @ self._inverse_here @ self._impulse + self._root_1,
+                               missed)
 
     def closed(self):
         """Whether the constraints hold, but for what the next correction mends."""
@@ -536,17 +580,11 @@ class Multipliers:
                                                    @ delta[self.dofs])
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
-        n, end = self._rates_end(state.chart, state.velocity[self.dofs], driven)
-        state.velocity[:] -= self._inverse @ (self._impulse @ n + end.T @ n)
-        if self._driven:
-            work += driven.before @ self._by_row(self._G_0, n)
-            work -= driven.after @ self._by_row(self._rows(
-                state.chart, self._u[1], self._d[1], *self._weights(self._u[1]))[:self._hard], n)
-        return float(work)
-
-    def _by_row(self, G, n):
-        """``L^-T n`` of the drives."""
-        return solve_triangular(_root(self._mobility(G)).T, n, lower=False)[self._m:]
+        n = self._rates_end(state.chart, state.velocity[self.dofs], driven)
+        before, after = (solve_triangular(root.T, n, lower=False)
+                         for root in (self._root, self._root_1))
+        state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
+        return float(work + driven.before @ before[self._m:] - driven.after @ after[self._m:])
 
 
 def _root(S):

@@ -53,10 +53,10 @@ class State:
     def _arrays(self):
         return *self.motion, self.lags, self.means, self.spans, self.hinges
 
-    def pack(self):
-        """All numbers of the state as one float64 vector."""
+    def pack(self, out=None):
+        """All numbers of the state as one float64 vector, a new one or ``out``."""
         return np.concatenate([*(array.ravel() for array in self._arrays),
-                               [getattr(self, name) for name in TOTALS]])
+                               [getattr(self, name) for name in TOTALS]], out=out)
 
     def unpack(self, packed):
         """Take over the numbers of ``pack``."""

@@ -301,6 +301,9 @@ class System:
         found = self._supported.reactions(
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
+        if self.linked:
+            force, moment = self.linked.ground()
+            found = found._replace(force=found.force + force, moment=found.moment + moment)
         if not self._inner:
             return found
         forces = self._ground_forces[self.translations]

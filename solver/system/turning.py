@@ -23,8 +23,8 @@ class Turned(NamedTuple):
 
 
 class Turnings:
-    """All places at which joints have moments: each node of the edge of a hinge, with a share of it,
-    then other joints.
+    """All places at which joints have moments: the nodes of the edges of hinges, each with a share
+    of its edge, then other joints.
 
     Attributes:
         joints: (n,) number of the joint of each place.
