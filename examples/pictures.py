@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 EXAMPLES = ("panel", "satellite", "box", "free_plate", "roll_up", "snap_through", "t_junction",
-            "fifty", "shaken", "postbuckling", "campbell", "wing")
+            "fifty", "shaken", "postbuckling", "campbell", "wing", "flapping")
 HERE = Path(__file__).parent
 PICTURES = HERE.parent / "docs" / "pictures"
 

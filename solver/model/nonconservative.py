@@ -27,6 +27,7 @@ from ..fields import put
 from .histories import CONSTANT, FunctionOfTime
 from .loads import history_of
 
+
 @dataclass(frozen=True)
 class FollowerForce:
     """Force ``force * history(t)`` [N] that turns with a node.
