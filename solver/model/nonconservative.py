@@ -97,8 +97,8 @@ class UserForce:
     and only while the forces change less in a correction than the shell's own: stiff ones need a
     small dt.  ``Model`` calls it once, at the initial configuration.
 
-    A result is of the function's name, source, defaults and of what it closes over; functions
-    without source text are told apart by their names only.
+    A result is of the function's name, source, defaults and of what it closes over, not of what it
+    takes from its module; functions without source text are told apart by their names only.
     """
 
     function: Callable
