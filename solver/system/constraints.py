@@ -49,7 +49,7 @@ class Constraints:
 
 def constraints(model, numbering, fixed):
     """``Constraints`` of a model; None where every unknown is held or free by itself."""
-    if model.oblique or model.joints:
+    if model.oblique or model.joined:
         return Constraints(model, numbering, fixed)
     return None
 

@@ -179,6 +179,11 @@ class Sparse:
         np.take(self.values, self._source, out=self._matrix.data)
         return self._matrix
 
+    @property
+    def sources(self):
+        """Of each entry of ``matrix`` the place in the values."""
+        return self._source
+
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
         return self._factor.solve(rhs)
@@ -242,36 +247,7 @@ class UnsymmetricLU(Sparse):
 
     def factor(self):
         """Factorize the matrix; the number of negative pivots is not told."""
-        self._factor = _superlu(self.matrix())
-
-
-class Constrained:
-    """SuperLU of ``T^T K T``, for solutions in the range of T: ``x = T (T^T K T)^-1 T^T r``."""
-
-    def __init__(self, solver, T):
-        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``T``: see
-        ``constraints``."""
-        self.name = f"{solver.name}, constrained"
-        self._solver, self._T, self._factor = solver, T, None
-        self.storages, self.storage = solver.storages, solver.storage
-        self.values, self.skew = solver.values, solver.skew
-
-    def matrix(self):
-        """The assembled matrix, of all unknowns."""
-        return self._solver.matrix()
-
-    def factor(self):
-        """Factorize the matrix, see the module."""
-        reduced = (self._T.T @ self.matrix() @ self._T).tocsc()
-        if self.skew.size:
-            self._factor = _superlu(reduced)
-            return None
-        self._factor, negative = diagonal_lu(reduced)
-        return negative
-
-    def solve(self, rhs):
-        """A new vector (n_dof,), see the module."""
-        return self._T @ self._factor.solve(self._T.T @ rhs)
+        self._factor = unsymmetric_lu(self.matrix())
 
 
 @cache
@@ -404,13 +380,13 @@ def diagonal_lu(matrix):
     Raises:
         SingularMatrix: a pivot is zero.
     """
-    factor = _superlu(matrix, threshold=0.0)
+    factor = unsymmetric_lu(matrix, threshold=0.0)
     if not np.array_equal(factor.perm_r, factor.perm_c):
         raise SingularMatrix("a pivot of the sparse factorization is zero")
     return factor, int(np.sum(factor.U.diagonal() < 0.0))
 
 
-def _superlu(matrix, threshold=0.01):
+def unsymmetric_lu(matrix, threshold=0.01):
     """LU of a matrix with a symmetric pattern, tuned for one (measured: 4 to 15 times as fast as
     the default; MMD_AT_PLUS_A without the other options is a trap)."""
     try:

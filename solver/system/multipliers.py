@@ -486,8 +486,9 @@ class Multipliers:
 
     def on(self, number):
         """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
-        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the iterate whose forces were added
-        last: of the multipliers at its middle, and of the impulses at both ends."""
+        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the
+        iterate whose forces were added last: of the multipliers at its middle, and of the impulses
+        at both ends."""
         rate, x, dx, before, after = self._at
         rows = 1.0 * (self.owners == number)
         hard = rows[:self._hard]

@@ -19,12 +19,13 @@ from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
 from .bodies import Bodies
+from .constrained import constrained
 from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
 from .joints import Hinges
-from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
+from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
@@ -96,14 +97,13 @@ class System:
         self._supported = Supported(model, self.numbering, fixed)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
-        if full_tangent and not self.all_dead:
+        unsymmetric = full_tangent and not self.all_dead
+        if constraints:
+            self.solver = constrained(self.numbering, constraints.T, unsymmetric)
+        elif unsymmetric:
             self.solver = UnsymmetricLU(self.numbering)
-        elif constraints:
-            self.solver = SuperLU(self.numbering)
         else:
             self.solver = make_solver(solver, self.numbering)
-        if constraints:
-            self.solver = Constrained(self.solver, constraints.T)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
