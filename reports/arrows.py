@@ -183,13 +183,13 @@ def _given(model, mesh, load):
         at = model.centre[None]
     elif load.kind == "centrifugal":
         at = np.array([load.about.value if load.about else (0.0, 0.0, 0.0)])
+    elif load.kind == "drag":
+        value = load.velocity.value
+        at, _ = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
     elif load.kind == "pressure" or load.surface:
         at, normals = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
         if load.kind == "pressure":
             return at, value * normals, normals
-    elif load.kind == "drag":
-        value = load.velocity.value
-        at, _ = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
     else:
         made = load.made(mesh)
         at = mesh.nodes[[one.node for one in made]]
