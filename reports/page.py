@@ -47,8 +47,8 @@ FINDINGS = Path(__file__).with_name("findings.toml")
 SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacNeal-Harder",
           "stresses": "hole, roof", "sections": "laminates, heat",
           "nonlinear": "Sze, Liu and Lo", "rotations": "1000 turns",
-          "dynamics": "order, frequencies", "exact": "the exact scheme", "junctions": "folds",
-          "vibration": "modes, spin",
+          "dynamics": "order, frequencies", "exact": "the exact scheme",
+          "joints": "hinges", "junctions": "folds", "vibration": "modes, spin",
           "buckling": "plate, column, cylinder", "benchmarks": "symmetry",
           "mutants": "wrong variants"}
 """What the verification suites are about, in a few words."""

@@ -101,7 +101,9 @@ class Result:
         """``{name: {what: (n_steps + 1, ...)}}``: of a node ``displacement`` [m] and ``velocity``
         [m/s]; of a ``StressProbe`` ``membrane_force`` (xx, yy, xy) [N/m], ``moment`` [N],
         ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
-        ``EnergyProbe`` ``strain_energy`` [J]."""
+        ``EnergyProbe`` ``strain_energy`` [J]; of a ``JointProbe`` ``angle`` [rad], ``rate``
+        [rad/s], ``hinge_moment`` [N m], ``joint_force`` [N], ``stored``, ``work`` and ``lost`` [J].
+        """
         return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
                        PROBES[kind].items()}
                 for name, kind in probe_kinds(self.history.dtype).items()}

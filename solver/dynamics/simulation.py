@@ -54,7 +54,8 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         progress: called after every step with (step, n_steps, history row).
         case: name of the benchmark or the model file, stored with the result.
         probes: ``{name: node}``, or its initial place (x, y, z) [m]: nodes whose displacement and
-            velocity are kept of every step; or a ``StressProbe``, or an ``EnergyProbe``.
+            velocity are kept of every step; or a ``StressProbe``, an ``EnergyProbe`` or a
+            ``JointProbe``.
         start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
             with its velocities; supports hold what is held where it is.
 
@@ -117,7 +118,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     scheme = settings.scheme
     system = (ExactSystem(model, settings.solver) if scheme.exact
               else System(model, settings.solver, scheme.axes == "nodal"))
-    stepper = Stepper(system, scheme, settings.newton)
+    stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
     advance = Adaptive(stepper, settings, model).advance if settings.error else stepper.advance
@@ -242,7 +243,8 @@ class _Run:
         if record.impulses:
             row["reaction"] = record.impulses.force / self._settings.dt
             row["reaction_moment"] = record.impulses.moment / self._settings.dt
-        self._probes.write(step, self._system, self.state, self.place)
+        self._probes.write(step, self._system, self.state, self.place, record.joints,
+                           self._settings.dt)
 
     def _frame(self, step, record):
         system, reactions = self._system, None

@@ -1,5 +1,7 @@
 """Steps of a motion: each solved by Newton's iteration, halved where that fails."""
 
+import numpy as np
+
 from ..errors import StepError
 from ..kernels.hinges import SLACK
 from ..system.damping import Dissipation, strains
@@ -23,8 +25,10 @@ class Stepper:
         iteration: ``Iteration``, with the seconds by phase.
     """
 
-    def __init__(self, system, scheme, rule):
-        """``scheme``: ``Scheme``; ``rule``: ``Newton``."""
+    def __init__(self, system, scheme, rule, joints=False):
+        """``scheme``: ``Scheme``; ``rule``: ``Newton``; ``joints``: whether what joints do is asked
+        for."""
+        self._joints = joints
         self.system, self._scheme, self._rule = system, scheme, rule
         self.iteration = (ExactIteration(system, TurnedMatrix(system)) if scheme.exact
                           else Iteration(system, KeptMatrix(system)))
@@ -86,9 +90,14 @@ class Stepper:
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         reactions, driven, braked = None, 0.0, 0.0
+        if system.supported or self._joints:
+            self._assemble(problem, delta)
         if system.supported:
-            reactions = self._reactions(problem, delta)
+            reactions = system.reactions(state, place, problem.step, problem.loads,
+                                         problem.averaged)
             driven = system.work_of_supports(delta)
+        joints = self._joints and np.hstack([dt * system.joints(),
+                                             np.zeros((len(system.model.joints), 2))])
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         work = self._work(problem, time, delta)
         if system.damping:
@@ -114,7 +123,10 @@ class Stepper:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
             if system.turnings:
                 turned = system.turnings.turned(self._before, state, problem.loads.motors, dt)
-                work, lost = work + turned.work, lost + turned.lost
+                work, lost = work + float(turned.work.sum()), lost + float(turned.lost.sum())
+                if self._joints:
+                    joints[:, 4:] = np.transpose([system.turnings.by_joint(values)
+                                                  for values in turned])
                 system.turnings.latch(state)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
@@ -128,17 +140,16 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
+        record.joints = record.joints + joints
         record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))
             record.impulses = impulses.plus(reactions, dt)
 
-    def _reactions(self, problem, delta):
-        """``Reactions`` of a converged step, at its generalized midpoint."""
-        state, place, step, loads = problem.state, problem.place, problem.step, problem.loads
-        self.system.assemble(state, place, step, delta, loads, averaged=problem.averaged,
-                             tangent=False)
-        return self.system.reactions(state, place, step, loads, problem.averaged)
+    def _assemble(self, problem, delta):
+        """The residual of a converged step, at its generalized midpoint."""
+        self.system.assemble(problem.state, problem.place, problem.step, delta, problem.loads,
+                             averaged=problem.averaged, tangent=False)
 
     def _work(self, problem, time, delta):
         """Work of the loads in a step [J], with their values at its middle."""

@@ -181,8 +181,8 @@ def add_hinge_forces(nodes, edges, directors, owners, constants, states, moments
         p_0, p_1: (n_directors, 3) normals at both ends.
         A1: (n_directors, 3, 3) their derivatives at the generalized midpoint.
         forces: (n_dof,) added to.
-        on_rotations: (n, 5) to be filled: what an angle changes by per unit of the rotational
-            variables of both nodes, two of either, and the stiffness.
+        on_rotations: (n, 6) to be filled: what an angle changes by per unit of the rotational
+            variables of both nodes, two of either, the stiffness, and the moment.
 
     Returns:
         The first node whose plates fold by a right angle or more in the step.
@@ -225,7 +225,7 @@ def add_hinge_forces(nodes, edges, directors, owners, constants, states, moments
                 found = A1[d, 0, r] * on[0] + A1[d, 1, r] * on[1] + A1[d, 2, r] * on[2]
                 on_rotations[k, 2 * side + r] = found
                 forces[at + r] += moment * found
-        on_rotations[k, 4] = stiffness
+        on_rotations[k, 4], on_rotations[k, 5] = stiffness, moment
     return DONE
 
 

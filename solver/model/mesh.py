@@ -67,7 +67,8 @@ def node_at(nodes: Nodes, point: Vector):
     """
     distance = np.linalg.norm(nodes - point, axis=1)
     nearest = int(np.argmin(distance))
-    spacing = np.sort(np.linalg.norm(nodes - nodes[nearest], axis=1))[1:2].sum()
+    gaps = np.linalg.norm(nodes - nodes[nearest], axis=1)
+    spacing = gaps[gaps > 0.0].min() if np.any(gaps) else 0.0
     if distance[nearest] > MERGE * spacing + ROUNDING * np.abs(point).max():
         raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, "
                          f"is at {nodes[nearest].tolist()}")

@@ -51,6 +51,7 @@ from .directors import (
 from .inertia import mass_properties
 from .joints import (
     JOINTS,
+    Hinge,
     check_axes,
     check_joints,
     check_velocities,
@@ -499,8 +500,12 @@ class Model:
 
     @property
     def unloaded_at(self):
-        """Time from which no load acts any more [s]; infinity if some load never ends."""
-        return max((load.history.end for load in self.loads), default=0.0)
+        """Time from which no load acts any more and no motor or servo of a hinge moves it [s];
+        infinity if some never ends."""
+        hinges = [joint for joint in self.joints if isinstance(joint, Hinge)]
+        return max((*(load.history.end for load in self.loads),
+                    *(joint.history.end for joint in hinges if joint.torque),
+                    *(joint.turning.settled for joint in hinges if joint.stiffness)), default=0.0)
 
     @cached_property
     def folds(self):
@@ -509,8 +514,9 @@ class Model:
 
     def __repr__(self):
         extent = " x ".join(f"{size:.4g}" for size in np.ptp(self.nodes, axis=0))
+        joints = f"{len(self.joints)} joints, " if self.joints else ""
         return (f"Model({len(self.quads)} elements, {len(self.nodes)} nodes, {len(self.loads)} "
-                f"loads, {len(self.supports)} supports, {extent} m)")
+                f"loads, {len(self.supports)} supports, {joints}{extent} m)")
 
     @property
     def size(self):

@@ -7,7 +7,6 @@ constant factors, one sparse product.
 import numpy as np
 from scipy.linalg import lapack
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .linear import DIRECT_LIMIT, SuperLU, UnsymmetricLU, diagonal_lu, unsymmetric_lu
 
@@ -54,7 +53,7 @@ class Constrained:
 
 
 class Band:
-    """The reduced matrix as a band, its unknowns in an order that keeps it narrow.
+    """The reduced matrix as a band, its unknowns in the order of the first that they stand for.
 
     Attributes:
         width: largest distance of an entry from the diagonal.
@@ -64,8 +63,7 @@ class Band:
     def __init__(self, solver, T):
         full = solver.matrix().copy()
         full.data[:] = 1.0
-        ones = abs(T)
-        order = reverse_cuthill_mckee((ones.T @ full @ ones).tocsr(), symmetric_mode=True)
+        order = np.argsort(T.tocsc().indices[T.tocsc().indptr[:-1]], kind="stable")
         self.T = T.tocsr()[:, order]
         self._values = len(solver.values)
         full.data[:] = np.arange(full.nnz)

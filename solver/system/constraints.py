@@ -62,9 +62,7 @@ def _blocks(model, numbering, fixed):
         slave_of = dict(zip(model.pairs.masters, model.pairs.slaves))
     joined = {i for group in model.joined for i in group}
     for group in model.joined:
-        dofs = start[group][:, None] + np.arange(3)
-        held = model.oblique.get(group[0], (np.eye(3)[fixed[dofs[0]]],))[0]
-        N = _complement(held)
+        dofs, N = start[group][:, None] + np.arange(3), free_of_group(model, start, fixed, group)
         yield dofs.ravel(), np.sqrt(1.0 / len(group)) * np.tile(N, (len(group), 1))
     for i in model.oblique.keys() - slave_of.values() - joined:
         N, dofs = _complement(model.oblique[i][0]), start[i] + np.arange(3)
@@ -76,6 +74,12 @@ def _blocks(model, numbering, fixed):
         turning = np.stack([_variables(numbering, i), _variables(numbering, s)])
         turning = turning[:, ~fixed[turning[0]]]
         yield turning.ravel(), np.sqrt(0.5) * np.tile(np.eye(turning.shape[1]), (2, 1))
+
+
+def free_of_group(model, start, fixed, group):
+    """(3, f) orthonormal directions that supports leave free of nodes that move together."""
+    held = np.eye(3)[fixed[start[group[0]] + np.arange(3)]]
+    return _complement(model.oblique.get(group[0], (held,))[0])
 
 
 def _columns(blocks, fixed):

@@ -511,6 +511,10 @@ class Multipliers:
                 moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
         return force, moment
 
+    def about_axes(self):
+        """(n_joints,) moments that turn joints on, of drives too [N m]."""
+        return np.bincount(self.owners[self._m:], -self.forces[self._m:], len(self._model.joints))
+
     def ground(self):
         """The same of all joints to the ground, together."""
         grounded = [k for k, joint in enumerate(self._model.joints) if GROUND in joint.ends]

@@ -24,7 +24,7 @@ from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .joints import Hinges
+from .joints import Hinges, JointForces
 from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
@@ -86,6 +86,8 @@ class System:
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
+        beside = [(group[0], other) for group in model.joined for other in group[1:]]
+        cells += [np.array(beside)] if beside else []  # joined nodes are numbered side by side
         self.numbering = number_dofs((model.quads, *cells), n_rot)
         self.bodies.number(self.numbering)
         self.coordinates = self._make_coordinates(follow)
@@ -95,6 +97,7 @@ class System:
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
+        self._joint_forces = JointForces(model, self._supported.joined)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
         unsymmetric = full_tangent and not self.all_dead
@@ -313,6 +316,21 @@ class System:
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
 
+    def joints(self):
+        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
+        """
+        found = np.zeros((len(self.model.joints), 4))
+        found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
+        if self.hinges:
+            n = len(self.hinges.moments)
+            found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
+        if self.linked:
+            found[:, 3] += self.linked.about_axes()
+            for number in np.unique(self.linked.owners):
+                found[number, :3] = self.linked.on(number)[0]
+        return found
+
     def _moments_on_normals(self, place, averaged):
         """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that
         ``Supported.directors`` names, of the iterate that was assembled last [N m]."""
@@ -329,6 +347,8 @@ class System:
         their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
         are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
+        if self.hinges:
+            change += self.hinges.linear(self.dofs, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size

@@ -14,12 +14,12 @@ class Turned(NamedTuple):
     """What joints did in a step.
 
     Attributes:
-        work: of their motors and servos [J].
-        lost: what their dampers took [J].
+        work: (n,) of their motors and servos at every place [J].
+        lost: (n,) what their dampers took there [J].
     """
 
-    work: float
-    lost: float
+    work: np.ndarray
+    lost: np.ndarray
 
 
 class Turnings:
@@ -79,11 +79,16 @@ class Turnings:
                           - state.hinges[:, slack] - before.hinges[:, slack])
         damping = (self.constants[:, hinges.DAMPING]
                    + before.hinges[:, hinges.LOCKED] * self.constants[:, hinges.LOCK_DAMPING])
-        return Turned(float(motors @ change - pull @ moved), float(damping @ change**2) / dt)
+        return Turned(motors * change - pull * moved, damping * change**2 / dt)
 
-    def share(self, number):
-        """(n,) shares of the joint ``number`` at all places."""
-        return np.where(self.joints == number, self._shares, 0.0)
+    def by_joint(self, values):
+        """Sums (n_joints,) of values (n,) at places."""
+        return np.bincount(self.joints, values, len(self._given))
+
+    def energy_of(self, number, state):
+        """Energy of springs, stops and latches of the joint ``number`` [J]."""
+        at = self.joints == number
+        return self._energy(self.constants[at], state.hinges[at])
 
 
 def follow(angles, last):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
-    from .solver.dynamics.probes import EnergyProbe, StressProbe
+    from .solver.dynamics.probes import EnergyProbe, JointProbe, StressProbe
     from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
@@ -90,7 +90,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.probes": ("EnergyProbe", "StressProbe"),
+    "dynamics.probes": ("EnergyProbe", "JointProbe", "StressProbe"),
     "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
@@ -132,17 +132,17 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 __all__ = [
     "AccuracyWarning", "Ball", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic",
     "Cylindrical", "Damping", "Drag", "Drift", "Drive", "EnergyProbe", "Expression",
-    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError", "Lamina",
-    "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun",
-    "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure", "Prismatic",
-    "Result", "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody", "RigidLink",
-    "Scheme", "Section", "Settings", "Spherical", "Spring", "StabilityWarning", "StaticResult",
-    "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses", "Support", "Tie",
-    "TimeFunction", "Universal", "UserForce", "arc_length", "block", "buckling", "cut", "cylinder",
-    "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load", "line_moment",
-    "load_control", "modes", "orient", "read", "read_model", "read_time_function", "rigid_velocity",
-    "run_model", "simulate", "solve_linear", "sphere", "sphere_segment", "stresses", "surface_load",
-    "symmetry_plane", "total_energy", "warm_up",
+    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe",
+    "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model",
+    "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure",
+    "Prismatic", "Result", "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody",
+    "RigidLink", "Scheme", "Section", "Settings", "Spherical", "Spring", "StabilityWarning",
+    "StaticResult", "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses",
+    "Support", "Tie", "TimeFunction", "Universal", "UserForce", "arc_length", "block", "buckling",
+    "cut", "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
+    "line_moment", "load_control", "modes", "orient", "read", "read_model", "read_time_function",
+    "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
+    "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top
