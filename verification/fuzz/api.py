@@ -108,6 +108,10 @@ def table(folder):
                    "history": PUSH, "axes": None},
         Gravity: {"acceleration": UP, "history": PUSH},
         Centrifugal: {"omega": UP, "about": UP, "history": PUSH},
+        corovec.FollowerForce: {"node": 0, "force": 1e-3, "history": PUSH},
+        corovec.Drag: {"coefficient": 1.0, "density": 1.0, "elements": [0, 1], "velocity": UP,
+                       "history": PUSH},
+        corovec.UserForce: {"function": (lambda t, x, v, p: -1e-3 * v), "history": PUSH},
         TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
         corovec.Steps: {"times": (0.0, 1.0), "values": (1.0, 0.0)},
         corovec.Harmonic: {"frequency": 0.5, "amplitude": 1.0, "phase": 0.0, "mean": 0.0},
@@ -171,7 +175,8 @@ def used(made):
     """Take what was accepted into a short run."""
     if isinstance(made, Model):
         simulate(made, RUN)
-    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity):
+    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity | corovec.FollowerForce
+                    | corovec.Drag | corovec.UserForce):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
     elif isinstance(made, Centrifugal):
         corovec.load_control(rectangle(2.0, 1.0, (2, 1), loads=[made], supports=[CLAMP]), [1.0])
