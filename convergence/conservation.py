@@ -17,7 +17,8 @@ import pandas as pd
 from corovec import ResultFileError, Scheme, read, total_energy
 from corovec.benchmarks import load_case
 from corovec.solver.checks import choice
-from corovec.solver.dynamics.result import unloaded_row
+from corovec.solver.dynamics.balance import RUN_SHARE
+from corovec.solver.dynamics.result import unaccounted, unloaded_row
 from corovec.verification.case import Row, at_least, small
 
 from .study import case_run
@@ -33,6 +34,10 @@ nodes, the exact one without and with (selective) dissipation, and two that do n
 
 HALVED = 1e-3
 """Part of the steps that may be halved at a time step that a scheme holds."""
+
+KEPT = RUN_SHARE
+"""Drift of energy and momenta from unloading to the end up to which a scheme holds a time step: the
+part of its energy by which a run may be wrong before it is warned of."""
 
 INSTANTS = 200
 """Instants at which the drift of the energy is kept for a figure."""
@@ -135,9 +140,15 @@ class ConservationStudy:
                         round(end_time / plan.frame), round(end_time / dt), scheme=scheme)
 
 
+@cache
 def holds(outcome):
-    """Whether a run came to its end with at most ``HALVED`` of its steps halved."""
-    return outcome.status != "failed" and halved_share(outcome.history) <= HALVED
+    """Whether a run came to its end with at most ``HALVED`` of its steps halved and drifts of at
+    most ``KEPT``."""
+    if outcome.status == "failed":
+        return False
+    history = outcome.history
+    drifts = drifts_of(history, outcome.run.model).values()
+    return halved_share(history) <= HALVED and max(drifts) <= KEPT
 
 
 def halved_share(history):
@@ -228,8 +239,8 @@ def _curves(study, outcomes):
             first = contents and unloaded_row(contents["history"], outcome.run.model.unloaded_at)
             if first is not None:
                 history = contents["history"][first:]
-                energy = total_energy(history)
-                drift = np.maximum.accumulate(np.abs(energy / energy[0] - 1.0))
+                left = unaccounted(history)
+                drift = np.maximum.accumulate(np.abs(left - left[0])) / total_energy(history)[0]
                 rows = np.unique(np.linspace(1, len(history) - 1, INSTANTS).round().astype(int))
                 for time, value in zip(history["time"][rows], drift[rows]):
                     yield {"case": study.case, "scheme": scheme, "dt": dt, "time": time,
@@ -258,7 +269,8 @@ def verdicts(study, tables):
     where = f"{study.plan.end_time:g} s, all steps"
     kept = {f"{name} momentum": f"{name}_momentum_drift" for name in ("linear", "angular")}
     for scheme, names in (("exact", {"energy": "energy_drift", **kept}),
-                          ("dissipating", {"energy, rise": "energy_rise", **kept})):
+                          ("dissipating", {"energy and what is dissipated": "energy_drift",
+                                           "energy, rise": "energy_rise", **kept})):
         for name, column in names.items() if len(of[scheme]) else ():
             yield small(f"{scheme}: {name}, {where}", of[scheme][column].max(skipna=False),
                         ROUNDING, "rounding of every step, at any step")

@@ -72,7 +72,8 @@ class Run:
     def __str__(self):
         s = self.settings
         return (f"{self.case or 'model'}, {self.elements} elements, dt {s.dt:g} s, end time "
-                f"{s.end_time:g} s, {s.scheme.name}, rho_inf {s.scheme.rho_inf:g}")
+                f"{s.end_time:g} s, {s.scheme.name}"
+                + (f", rho_inf {s.scheme.rho_inf:g}" if s.scheme.name == "quasi" else ""))
 
 
 def as_run(name, item):

@@ -13,6 +13,7 @@ from corovec import InputError, Scheme
 from corovec.convergence import conservation
 from corovec.convergence.cli import conserve
 from corovec.convergence.conservation import (
+    KEPT,
     SCHEMES,
     ConservationStudy,
     Plan,
@@ -21,6 +22,7 @@ from corovec.convergence.conservation import (
     plans,
 )
 from corovec.convergence.study import run_studies
+from corovec.solver.results.layout import DYNAMICS
 from corovec.solver.runtime import execution
 from corovec.solver.runtime.execution import Workers
 from corovec.verification.case import OK
@@ -90,13 +92,24 @@ def test_a_failure_is_a_result(command, planned):
     assert json.loads(result.stdout)["flights"] == study["flights"]
 
 
+def test_a_scheme_breaks_the_bound(command, planned):
+    """The trapezoidal rule comes to its end unhalved, and does not hold the step."""
+    planned["l-plate"] = replace(SHORT, end_time=4.0, steps=(0.05, 0.02), path=0.0,
+                                 schemes=("trapezoidal",))
+    fine, coarse = command("--json")[1]["flights"]
+    assert fine["holds"] and fine["energy_drift"] < KEPT and coarse["halvings"] == 0
+    assert not coarse["holds"] and coarse["reached"] == 4.0 and coarse["energy_drift"] > KEPT
+
+
 @dataclass(eq=False)
 class Formula:
-    """An outcome with halved steps from a time step on, and a failure from another."""
+    """An outcome with halved steps from a time step on, a failure from another, and energy that
+    drifts by just more than the bound from a third."""
 
     run: object
     halved_from: float = np.inf
     failing_from: float = np.inf
+    drifting_from: float = np.inf
     error, path = "", "nowhere.h5"
 
     @property
@@ -105,13 +118,17 @@ class Formula:
 
     @property
     def history(self):
-        return np.array([(0,)] + [(self.run.settings.dt >= self.halved_from,)] * 99,
-                        dtype=[("halvings", int)])
+        dt, rows = self.run.settings.dt, np.zeros(100, dtype=DYNAMICS)
+        rows["halvings"][1:] = dt >= self.halved_from
+        rows["time"], rows["kinetic_energy"] = np.linspace(0.0, 2.0, 100), 1.0
+        rows["kinetic_energy"][-1] += 1.01 * KEPT if dt >= self.drifting_from else 0.99 * KEPT
+        return rows
 
 
 @pytest.mark.parametrize("limits, tried", [
     ({}, [0.01, 0.02, 0.05, 0.1]), ({"halved_from": 0.05}, [0.01, 0.02, 0.05]),
-    ({"failing_from": 0.02}, [0.01, 0.02]), ({"halved_from": 0.01}, [0.01])])
+    ({"failing_from": 0.02}, [0.01, 0.02]), ({"drifting_from": 0.02}, [0.01, 0.02]),
+    ({"halved_from": 0.01}, [0.01])])
 def test_steps_are_tried_until_one_does_not_hold(planned, limits, tried):
     planned["l-plate"] = replace(SHORT, steps=(0.1, 0.05, 0.02, 0.01), path=0.0)
     study = ConservationStudy("l-plate")

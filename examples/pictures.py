@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 EXAMPLES = ("panel", "satellite", "box", "free_plate", "roll_up", "snap_through", "t_junction",
-            "fifty", "shaken", "postbuckling", "campbell", "wing")
+            "fifty", "shaken", "postbuckling", "campbell", "wing",
+            "solar_array", "chain", "flapping")
 HERE = Path(__file__).parent
 PICTURES = HERE.parent / "docs" / "pictures"
 

@@ -99,6 +99,21 @@ def panel(text):
     assert measured == pytest.approx(hertz, rel=1e-2)
 
 
+def flapping(text):
+    """Drag of a rigid plate that turns about its root, ``rho C b L^4/8 int |w|^3 dt``; what ten
+    elements and a first mode of 33 Hz take is 2 %.  The drive does what drag takes and the wing
+    has."""
+    t = np.linspace(0.0, 2.0, 20001)
+    angle = 0.5 * (1.0 - np.exp(-25.0 * t * t)) * np.sin(4.0 * np.pi * t)
+    cubes = np.abs(np.gradient(angle, t))**3
+    rigid = 1.225 * 2.0 * 0.2 * 0.5**4 / 8.0 * np.sum(0.5 * (cubes[1:] + cubes[:-1]) * np.diff(t))
+    flexible, stiff = (numbers(line) for line in text.strip().splitlines())
+    assert stiff[1] == pytest.approx(rigid, rel=0.02)
+    assert flexible[1] > 1.5 * rigid
+    for done, taken, has, left in (flexible, stiff):
+        assert done == pytest.approx(taken + has, abs=2e-5) and left < 1e-10 * done
+
+
 def satellite(text):
     """Euler's equations of two rigid plates of 3 kg each, rotary inertia h^2/12 included."""
     mass, h, fold = 3.0, 0.02, np.pi / 3.0
@@ -196,8 +211,42 @@ def wing(text):
     assert 1.5 < factor < 2.2 and balance < 1e-6
 
 
-CHECKS = (box, campbell, fifty, free_plate, panel, postbuckling, roll_up, satellite, shaken,
-          snap_through, t_junction, wing)
+def solar_array(text):
+    """What the springs have, by hand; nothing but what latches take is lost, through six of them;
+    it is as long as its seven plates, less what latched hinges still swing."""
+    stored = 0.25 * np.sum(np.radians([85.0, *5 * [170.0]])**2)
+    first, lost, missed = numbers(text[text.index("the springs had"):])[:3]
+    assert first == pytest.approx(stored, abs=1e-4) and 0.0 < lost < stored
+    assert missed < 1e-10
+    assert max(numbers(text[text.index("momenta stay within"):])[:2]) < 1e-10
+    assert numbers(text)[-1] == pytest.approx(np.hypot(7.0, 1.0), abs=0.05)
+    opened = [float(angle) for angle in re.findall(r"at the end (\S+) degrees", text)]
+    assert opened == pytest.approx([85.0, -170.0, 170.0, -170.0, 170.0, -170.0], abs=5.0)
+
+
+def chain(text):
+    """50 rigid rods, each hinged to the one before: Lagrange's equations in their angles."""
+    n, length = 50, 0.1
+    below = np.minimum.outer(*2 * [n - np.arange(n)]) - 0.5  # masses at or below two rods, in rods
+    below[np.diag_indices(n)] += -0.5 + 1.0 / 3.0 + (0.005 / length)**2 / 12.0
+    weights = (n - np.arange(n) - 0.5) * 9.81 / length
+
+    def rates(_, y):
+        a, w = y[:n], y[n:]
+        apart = a[:, None] - a
+        return np.r_[w, np.linalg.solve(below * np.cos(apart), -(
+            below * np.sin(apart)) @ w**2 - weights * np.sin(a))]
+
+    start = np.r_[np.full(n, np.pi / 2.0), np.zeros(n)]
+    a = solve_ivp(rates, (0.0, 1.0), start, "DOP853", rtol=1e-10, atol=1e-10).y[:n, -1]
+    x, z = re.search(r"x = (\S+) m, z = (\S+) m", text).groups()
+    assert float(x) == pytest.approx(length * np.sin(a).sum(), abs=2e-3)
+    assert float(z) == pytest.approx(-length * np.cos(a).sum(), abs=2e-3)
+    assert numbers(text)[-1] < 1e-10
+
+
+CHECKS = (box, campbell, chain, fifty, flapping, free_plate, panel, postbuckling, roll_up,
+          satellite, shaken, snap_through, solar_array, t_junction, wing)
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)

@@ -10,6 +10,7 @@ from corovec.solver.errors import InputError
 from corovec.solver.input.files import find_model, read_model
 from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.constants import local_frames
+from corovec.solver.model.joints import names_of
 from corovec.solver.model.loads import Drive
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import printable
@@ -61,9 +62,17 @@ def summary(definition, shell):
         "node_sets": {name: len(numbers) for name, numbers in mesh.node_sets.items()} or None,
         "loads": {printable(load.name): load.kind for load in definition.loads} or None,
         "held_nodes": int(shell.fixed.any(axis=1).sum()), **_attached(shell),
-        "probes": {name: "stress" if probe.stress else f"energy of {probe.energy}"
-                   for name, probe in definition.probes.items()} or None,
+        "joints": {printable(name): joint.kind for name, joint in zip(
+            names_of(definition.joints), definition.joints)} or None,
+        "probes": {name: _probe(probe) for name, probe in definition.probes.items()} or None,
         "steps": ", ".join(steps)}
+
+
+def _probe(probe):
+    """What a probe records."""
+    if probe.joint:
+        return f"joint {printable(probe.joint)}"
+    return "stress" if probe.stress else f"energy of {probe.energy}"
 
 
 def _attached(shell):

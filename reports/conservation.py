@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from corovec.convergence.conservation import SCHEMES
+from corovec.convergence.conservation import HALVED, KEPT, SCHEMES
 
 from .drawings import benchmarks
 from .style import CURVES, MARKERS, WIDTH, styled
@@ -67,6 +67,27 @@ class Comparison:
             for case, own in rows.groupby("case", sort=False)))
 
 
+def summary(study):
+    """What the exact scheme keeps, and which steps it and quasi hold, in words; empty without a
+    flight of it."""
+    drifts = {name: [row[f"{name}_drift"] for row in study["flights"]
+                     if row["scheme"] == "exact" and row[f"{name}_drift"] is not None]
+              for name in ("energy", "linear_momentum", "angular_momentum")}
+    if not drifts["energy"]:
+        return ""
+    steps = {}
+    for row in study["schemes"]:
+        steps.setdefault(row["case"], {})[row["scheme"]] = (
+            number(row["largest_step"], 2) + (" or more" if row["larger_untried"] else ""))
+    held = "; ".join(f"{_short(case)} {of['exact']} s ({of['quasi']} s)"
+                     for case, of in steps.items() if {"exact", "quasi"} <= set(of))
+    kept = ", ".join(f"{name.replace('_', ' ')} {number(max(values), 2)}"
+                     for name, values in drifts.items())
+    n = len(drifts["energy"])
+    return (f"drifts of {n} flight{'s' if n > 1 else ''} at most: {kept}; largest step that it "
+            f"holds (quasi): {held}")
+
+
 def largest(study):
     """The largest time step that each scheme holds, and what it keeps at it."""
     rows = [[_short(row["case"]), NAMES[row["scheme"]],
@@ -76,8 +97,10 @@ def largest(study):
                  ("case", "scheme", "largest step [s]", "of the paper's step", "energy drift",
                   "linear momentum", "angular momentum", "iterations a step",
                   "CPU s a simulated s"),
-                 rows, ["Held: the flight comes to its end with less than 0.1 % of its steps "
-                        "halved.  +: no larger step was tried."])
+                 rows, [f"Held: the flight comes to its end with at most {percent(HALVED)} of its "
+                        "steps halved, and from unloading to there energy and momenta drift by at "
+                        f"most {percent(KEPT)}.  Energy: with what is dissipated.  +: no larger "
+                        "step was tried."])
 
 
 def flights(study):

@@ -142,7 +142,8 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
 
 
 UNITS = {"reaction": "N", "reaction_moment": "N m", "_u": "m", "_v": "m/s", "_n": "N/m", "_m": "N",
-         "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J"}
+         "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J", "_angle": "rad", "_rate": "rad/s",
+         "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J"}
 """Of resultants, and of the columns of probes by their ends."""
 
 

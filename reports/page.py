@@ -47,8 +47,8 @@ FINDINGS = Path(__file__).with_name("findings.toml")
 SUITES = {"patch": "constant states", "kernel": "element, step", "linear": "MacNeal-Harder",
           "stresses": "hole, roof", "sections": "laminates, heat",
           "nonlinear": "Sze, Liu and Lo", "rotations": "1000 turns",
-          "dynamics": "order, frequencies", "exact": "the exact scheme", "junctions": "folds",
-          "vibration": "modes, spin",
+          "dynamics": "order, frequencies", "exact": "the exact scheme",
+          "joints": "hinges", "junctions": "folds", "vibration": "modes, spin",
           "buckling": "plate, column, cylinder", "benchmarks": "symmetry",
           "mutants": "wrong variants"}
 """What the verification suites are about, in a few words."""
@@ -138,6 +138,9 @@ def _case(name, size, folder):
         figures=[_figure(figure, sources, claimed, size, folder) for figure in shown.figures],
         energies=tables.energies(study, printed) if printed else None,
         rates=tables.rates(study) if study else None,
+        kept=tables.kept([row for _, own in labelled for row in own],
+                         {name for names in (printed or {}).get("claims", {}).values()
+                          for name in names}),
         energy_cell=replace(_cell(printed["table"], energy_rows, no_study,
                                   f"energy, {shown.short}"), beside=tables.apart(energy_rows))
         if printed else None,
@@ -268,8 +271,9 @@ def _schemes(results, size, folder):
         rows=rows, lacks=lacks, command=f"corovec conserve --size {size}",
         drawings=[each for each in drawn if each.picture],
         tables=[conservation.largest(study), conservation.flights(study)] if study else [],
+        summary=conservation.summary(study) if study else "",
         verdicts=tables.verdict_rows("Verdicts", named, "conservation"),
-        cell=_cell("schemes", rows, lacks, "six side by side", "conservation"))
+        cell=_cell("schemes", rows, lacks, "the exact one beside five others", "conservation"))
 
 
 def _suite(name, results):

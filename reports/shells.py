@@ -16,6 +16,7 @@ from corovec.solver.errors import InputError
 from corovec.solver.input.model_file import ModelFile
 from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.directors import fold_edges
+from corovec.solver.model.joints import Hinge, Spherical
 from corovec.solver.model.loads import COMPONENTS, Drive
 from corovec.solver.model.model import Model
 from corovec.solver.names import mathtext
@@ -44,8 +45,8 @@ NORMALS, SHORT = 10, 0.07
 LONGEST_NAME = 26
 """Letters of a name that leave room for the picture."""
 
-SPRING = PURPLE
-"""Colour of springs."""
+SPRING, HINGE = PURPLE, VERMILLION
+"""Colours of springs and of joints."""
 
 MOST_MARKS = 150
 """Nodes of a kind that are marked, at most."""
@@ -114,7 +115,9 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     scene = _Scene(model, drawn, _points(case), view, bool(drawn))
     scene.space.elements(model.nodes[model.quads][None], facecolor=PLAIN, edge="0.4", line=0.4)
     scene.arrows()
-    for marks in _held(model):
+    hinges, spherical = _joints(model)
+    scene.lines(hinges, HINGE)
+    for marks in (*_held(model), *spherical):
         scene.marks(marks._replace(marker="s"))
     scene.functions()
     scene.key(scene.scale_rows() + scene.hollow_row())
@@ -127,10 +130,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
 def whole_model(model: Model, case: ModelFile, view: Angles = None):
     """All that a model file makes of a mesh: what ``corovec check`` draws.
 
-    Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, what each
-    support holds, prescribed displacements and rotations, point masses, springs, elements whose
-    stresses are recorded, and the velocity and spin at the start.  Of many arrows a few are drawn,
-    spread over what they act on.
+    Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, joints, what
+    each support holds, prescribed displacements and rotations, point masses, springs, elements
+    whose stresses are recorded, and the velocity and spin at the start.  Of many arrows a few are
+    drawn, spread over what they act on.
 
     Args:
         model: ``Model`` of the case.
@@ -139,8 +142,9 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
 
     Returns:
         (Figure, DataFrame): rows as of ``mesh_and_loads``, and ``item`` = group (its ``name`` and
-        element), normal (x, y, z and nx, ny, nz), fold and spring (x, y, z of either end), support
-        (its node and the components held), mass and ground spring (its node).
+        element), normal (x, y, z and nx, ny, nz), fold, hinge and spring (x, y, z of either end),
+        support (its node and the components held), mass, ground spring and spherical joint (its
+        node).
     """
     mesh, corners = case.mesh(len(model.quads)), model.nodes[model.quads]
     drawn = arrows.thinned((*arrows.of_case(model, case), *arrows.of_motion(model, case),
@@ -149,14 +153,16 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     colours = _tints(groups)
     folds = fold_edges(model.nodes, model.quads, model.fold_angle, model.patches)
     at, normals = _normals(corners, arrows.on_surfaces(drawn))
-    marked, springs = [*_held(model), *_attached(model)], _springs(model)
+    hinges, spherical = _joints(model)
+    marked, springs = [*_held(model), *_attached(model), *spherical], _springs(model)
     scene = _Scene(model, drawn, {**_points(case), **_probed(model, case)}, view, True,
                    np.stack([at, at + normals * SHORT * model.size], axis=1),
                    1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + bool(len(springs))
-                   + len(marked))
+                   + bool(len(hinges)) + len(marked))
     scene.space.elements(corners[None], edge="0.4", line=0.4, array=number[None],
                          cmap=ListedColormap(colours), norm=Normalize(-0.5, len(colours) - 0.5))
-    scene.folds(folds)
+    scene.lines(folds, BLACK)
+    scene.lines(hinges, HINGE)
     scene.normals(at, normals)
     scene.springs(springs)
     scene.arrows()
@@ -167,12 +173,14 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     scene.key(scene.scale_rows() + (rows if len(groups) > 1 else []) + [
         _row(_line("0.35", 0.8, ">"), "normal of the elements"),
         *([_row(_line(BLACK, 1.6), "fold")] if len(folds) else []),
+        *([_row(_line(HINGE, 1.6), "hinge")] if len(hinges) else []),
         *([_row(_zigzag(), "spring")] if len(springs) else []),
         *(_row(_line(marks.colour, 0.0, marks.marker), marks.words) for marks in marked)
     ] + scene.hollow_row())
     scene.names()
-    return scene.figure, pd.concat([scene.table(), *_more(
-        model, mesh, {"fold": folds, "spring": springs}, at, normals, marked)], ignore_index=True)
+    lines = {"fold": folds, "hinge": hinges, "spring": springs}
+    return scene.figure, pd.concat([scene.table(), *_more(model, mesh, lines, at, normals, marked)],
+                                   ignore_index=True)
 
 
 class _Scene:
@@ -224,12 +232,12 @@ class _Scene:
         for tail, tip, covered in zip(at, tips, self._hidden(tips)):
             self.space.arrow(tail, tip, (covered,), "0.35", linewidth=0.7, mutation_scale=5.0)
 
-    def folds(self, edges):
+    def lines(self, edges, colour):
         """Edges between plates."""
         places = self.model.nodes[edges]
         covered = self._hidden(places.mean(axis=1))
         for ends, behind in zip(places, covered):
-            self.space.axes.plot(*self.space.view(ends).T, color="0.5" if behind else BLACK,
+            self.space.axes.plot(*self.space.view(ends).T, color="0.5" if behind else colour,
                                  linewidth=0.7 if behind else 1.6, zorder=3, clip_on=False,
                                  linestyle=(0, (2, 1.5)) if behind else "-")
 
@@ -416,6 +424,16 @@ def _attached(model):
     held = [item.node for item in model.attached if isinstance(item, GroundSpring)]
     if held:
         yield Marks(np.unique(held), "springs to the ground", TO_GROUND, "ground spring", SPRING)
+
+
+def _joints(model):
+    """(n, 2) nodes of the edges of hinges, and ``Marks`` of spherical joints."""
+    joints = getattr(model, "joints", ())
+    lines = [joint.nodes for joint in joints if isinstance(joint, Hinge)]
+    edges = [pair for line in lines for pair in zip(line[:-1], line[1:])]
+    points = [joint.nodes[0] for joint in joints if isinstance(joint, Spherical)]
+    marks = [Marks(np.array(points), "spherical joints", "o", "spherical joint", HINGE)]
+    return np.array(edges, dtype=int).reshape(-1, 2), marks if points else []
 
 
 def _springs(model):

@@ -9,7 +9,8 @@ from corovec.verification.case import CHOSEN
 
 VERDICTS = {
     "failed": "ended with an error",
-    "deviates (open)": "differs, and why is not known",
+    "deviates (open)": "differs by more than the last printed digit, or the tolerance beside it, "
+                       "be it ever so little; why is not known",
     "not run": "belongs to this size, but was not yet run, or not since its sources changed",
     "deviates (explained)": "differs, with the reason given, by no more than the bound beside it",
     "not reproducible": "the paper's data is lost and cannot be made again",
@@ -163,10 +164,35 @@ def standing(labelled):
     return [list(group.items()) for group in groups]
 
 
+DRIFTS = ("energy", "linear momentum", "angular momentum")
+"""What is conserved, as the rows of its drifts begin."""
+
+
+def kept(rows, drawn):
+    """By how much energy and momenta of a case drift, at most, in words; empty without any.
+
+    Args:
+        rows: of its figures and its study.
+        drawn: which of ``DRIFTS`` the paper's figures show.
+    """
+    found = {name: max((row["value"] for row in rows if row["name"].startswith(f"{name} drift,")),
+                       default=None) for name in DRIFTS}
+    return ", ".join(f"{name} {number(value, 2)}" + (" (in no figure of the paper)"
+                                                       if name not in drawn else "")
+                     for name, value in found.items() if value is not None)
+
+
 def apart(rows):
-    """How far the energies of a table lie from the printed ones, at most; empty without any."""
-    own = [abs(row["difference"]) for row in rows if ENERGY in row["name"]]
-    return f"ours within {percent(max(own), 2)}" if own else ""
+    """How far the energies of a table lie from the printed ones, at most, and what the last printed
+    digit is; empty without any."""
+    own = [row for row in rows if ENERGY in row["name"]]
+    if not own:
+        return ""
+    most = max(abs(row["difference"]) for row in own)
+    digit = max(row["tolerance"] for row in own)
+    return (f"up to {percent(most, 2)} apart"
+            + (f", more than the last printed digit, {percent(digit, 2)}" if most > digit else
+               ", within the last printed digit"))
 
 
 def ratio_apart(rows):

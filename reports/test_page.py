@@ -195,10 +195,11 @@ def test_every_row_is_counted_once(html):
     assert own == {"match": 4, "within tolerance": 2}
     assert counts["what wrong or weaker variants must give"] == {"bound met": 1}
     said = re.search('<ul class="standing">(.*?)<p class="sum">', html, re.DOTALL)[1]
-    for text in ("of energy and momenta: 3: Figure 3 (3)",
-                 f"of the paper's numbers and statements: {ratios + 1}: "
+    for text in ("of energy and momenta: 3 rows: Figure 3 (3)",
+                 f"of the paper's numbers and statements: {ratios + 1} rows: "
                  f"Table 2 ({ratios}), Figure 7 (1)", "<li><b>Figure 7</b> ",
-                 "which proves little: 0.", "</b>: 2: Table 1 (2); and the shapes of all curves"):
+                 "which proves little: 0 rows.",
+                 "</b>: 2 rows: Table 1 (2); and the shapes of all curves"):
         assert text in said, text
 
 
@@ -219,10 +220,26 @@ def test_agreement_on_chosen_data_is_told_apart():
 
 def test_cells_of_tables_say_how_far_apart(html):
     """The largest difference of an energy, and the range of the ratios of CPU times."""
-    for label, said in (("Table 1", "energy, L-plate; ours within 1.10%"),
+    for label, said in (("Table 1", "energy, L-plate; up to 1.10% apart, more than the last "
+                         "printed digit, 7.0e-4%"),
                         ("Table 2", "CPU time, L-plate; dense / skyline 1.1 times the paper's")):
         assert f"<b>{label}</b><small>{said.replace(chr(39), '&#39;')}</small>" in html
     assert tables.apart([]) == tables.ratio_apart([]) == ""
+    near = {**DEVIATING, "difference": 5e-6, "verdict": "match"}
+    assert tables.apart([near]) == "up to 5.0e-4% apart, within the last printed digit"
+
+
+def test_first_screen_says_how_much_is_conserved(html):
+    """Of each case, and where the paper has no figure of it; and what the exact scheme does."""
+    said = re.search('<ul class="standing">(.*?)</ul>\n<p class="sum">', html, re.DOTALL)[1]
+    assert re.search(r"L-plate: energy \S+, linear momentum \S+, angular momentum [^ ]+\.", said)
+    assert ("drifts of 1 flight at most: energy 1.2e-13, linear momentum 1.0e-15, angular momentum "
+            "1.0e-14; largest step that it holds (quasi): L-plate 0.020 or more s (– s)") in said
+    energy, momentum = ({"name": f"{name} drift, 2 s", "value": value} for name, value in (
+        ("energy", 2e-4), ("linear momentum", 1e-12)))
+    assert tables.kept([energy, momentum, {**energy, "value": 1e-4}], {"energy"}) == (
+        "energy 2.0e-4, linear momentum 1.0e-12 (in no figure of the paper)")
+    assert tables.kept([], ()) == ""
 
 
 def test_one_number_has_one_verdict(tmp_path):

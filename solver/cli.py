@@ -122,8 +122,10 @@ class _Run(click.Command):
 @click.option("--output", type=click.Path(dir_okay=False), help="Result file (HDF5, ParaView).")
 @click.option("--overwrite", is_flag=True, help="Replace the result file if it exists.")
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
+@click.option("--threads", type=int, default=1, show_default=True,
+              help="Threads that assemble and, with RSLAB, solve; results do not depend on it.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
-def run(model, elements, membrane, output, overwrite, resume, as_json, **options):
+def run(model, elements, membrane, output, overwrite, resume, threads, as_json, **options):
     """Simulate a MODEL: the path of a .toml file, or the name of a benchmark.
 
     Options that are left out take the defaults of the model's file, or those shown.
@@ -137,7 +139,9 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
       corovec run l-plate --elements 30 --solver skyline --json
       corovec run shell.toml --scheme exact --dissipation 0.1 --error 1e-5 --output shell.h5
     """
+    from .checks import count
     from .compilation import warm_up
+    from .dynamics.settings import taking_part
     from .input.files import find_model, read_model
     from .input.running import ReadySteps
     from .results.files import RUN, writable_path
@@ -146,6 +150,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
+    with _in_other_words({"threads": "--threads"}):
+        threads = count("threads", threads)
     if output is not None:
         output = writable_path(output, overwrite or resume, RUN)
     path = find_model(model)
@@ -157,7 +163,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     else:
         options["stresses"] = options["stresses"] or definition.output.stresses
         options["frame_every"] = options["frame_every"] or definition.output.frame_every
-        for name in ("scheme", "dissipation", "error"):
+        for name in ("scheme", "dissipation", "dissipates", "rho_inf", "error"):
             if not _given(name):
                 options[name] = getattr(definition.dynamic, name)
                 words[name] = f"{name} of {path}"
@@ -174,7 +180,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     with _Progress(settings.n_steps, shell.unloaded_at) if settings else nullcontext() as progress:
         try:
             with _in_other_words(words):
-                static, result = steps.run(output, overwrite, resume, progress, case)
+                static, result = steps.run(output, overwrite, resume, progress, case,
+                                           threads)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
@@ -185,10 +192,10 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
                ("assembly", "factorization", "solve", "rest", "total")}
     show({"case": case, **({"static": of_static} if static else {}), "elements": steps.elements,
           "nodes": len(shell.nodes), "membrane": membrane,
-          "edges": shell.folds._asdict(), "body": body(shell), **asdict(settings),
+          "edges": shell.folds._asdict(), "body": body(shell), **taking_part(asdict(settings)),
           "solver": result.solver,
           **_summary(result.history, shell.unloaded_at, result.supported),
-          "output": output and str(output),
+          "output": output and str(output), "memory": result.memory,
           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 
@@ -217,7 +224,8 @@ def _of_static(result, shell, output):
         "reaction": result.reactions[-1].sum(axis=0).tolist(),
         "reaction_moment": result.reaction_moment[-1].tolist(),
         "balance": result.balance._asdict(),
-        "iterations": int(result.iterations.sum()), "output": output and str(output)}
+        "iterations": int(result.iterations.sum()), "memory": result.memory,
+        "output": output and str(output)}
 
 
 def _settings_options():
@@ -291,21 +299,23 @@ def info(file, as_json):
     Example:
       corovec info run.h5
     """
+    from .dynamics.settings import taking_part
     from .results.reading import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
     if "factor" in history.dtype.names:
-        outcome = _static_summary(history)
+        settings, outcome = description["settings"], _static_summary(history)
     else:
+        settings = taking_part(description["settings"])
         outcome = _summary(history, description["unloaded_at"], description["supported"])
-    open_end = description["settings"].get("method") == "arc length"
+    open_end = settings.get("method") == "arc length"
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
         "edges": description["edges"], "body": description["body"],
-        **description["settings"], "solver": description["solver"], "steps": contents["step"],
+        **settings, "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
-        "frames": len(contents["displacement"]), **outcome,
+        "frames": len(contents["displacement"]), **outcome, "memory": contents["memory"],
         "versions": description["versions"], "machine": description["machine"]}
     show(summary, as_json)
 
@@ -315,7 +325,10 @@ class _Progress:
 
     def __init__(self, n_steps, unloaded_at):
         from tqdm import tqdm
+
+        from .dynamics.result import unaccounted
         self._bar = tqdm(total=n_steps, unit="step", disable=None, file=sys.stderr)
+        self._unaccounted = unaccounted
         self._unloaded_at = unloaded_at
         self._reference = None
         self._largest = 0.0
@@ -329,12 +342,13 @@ class _Progress:
     def __call__(self, step, n_steps, row):
         if self._bar.disable:
             return
-        energy = row["kinetic_energy"] + row["strain_energy"]
         if row["time"] >= self._unloaded_at * (1.0 - 1e-12):
-            self._reference = energy if self._reference is None else self._reference
-            if self._reference > 0.0:
-                change = abs(energy / self._reference - 1.0)
-                self._largest = max(self._largest, change)
+            left = self._unaccounted(row)
+            if self._reference is None:
+                self._reference = left, row["kinetic_energy"] + row["strain_energy"]
+            first, energy = self._reference
+            if energy > 0.0:
+                self._largest = max(self._largest, abs(left - first) / energy)
         drift = f", drift {self._largest:.1e}" if self._reference is not None else ""
         self._bar.set_postfix_str(f"t = {row['time']:.4g} s{drift}", refresh=False)
         self._bar.update(step - self._bar.n)
@@ -400,7 +414,7 @@ UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "rea
          "strain_energy": "J", "total_energy": "J", "external_work": "J",
          "support_work": "J", "dissipated": "J",
          "extent": "m", "thickness": "m", "linear_momentum": "kg m/s",
-         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
+         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "memory": "MB", "seconds": "s"}
 
 
 def show(summary, as_json):

@@ -11,6 +11,7 @@ from .suites import (
     benchmarks,
     dynamics,
     exact,
+    joints,
     junctions,
     kernel,
     linear,
@@ -25,7 +26,7 @@ from .suites import (
 )
 
 SUITES = (patch, kernel, linear, shear, stresses, sections, nonlinear, rotations, dynamics,
-          exact, junctions, vibration, benchmarks, mutants)
+          exact, joints, junctions, vibration, benchmarks, mutants)
 CASES = tuple(case for suite in SUITES for case in suite.CASES)
 
 

@@ -57,6 +57,24 @@ def test_info_and_list(tmp_path):
         "printed", "assumed", "selected"}
 
 
+@pytest.mark.parametrize("options, scheme, newton", [
+    ((), {"name", "rho_inf", "transformation", "axes"}, {"kind", "tolerance", "max_iterations"}),
+    (("--newton", "full"), {"name", "rho_inf", "transformation", "axes"},
+     {"kind", "tolerance", "min_iterations", "max_iterations"}),
+    (("--scheme", "newmark"), {"name", "axes"}, {"kind", "tolerance", "max_iterations"}),
+    (("--scheme", "exact", "--newton", "full"), {"name"}, {"kind", "max_iterations"}),
+    (("--scheme", "exact", "--dissipation", "0.1"), {"name", "dissipation", "dissipates"},
+     {"kind", "max_iterations"})])
+def test_summaries_tell_the_settings_that_take_part(tmp_path, options, scheme, newton):
+    """Those of another scheme, or of nothing that is dissipated, are not told."""
+    path = str(tmp_path / "run.h5")
+    run = json.loads(in_process("run", "l-plate", "--elements", "30", "--dt", "0.01", "--end-time",
+                                "0.5", "--output", path, "--json", *options).stdout)
+    info = json.loads(in_process("info", path, "--json").stdout)
+    for summary in (run, info):
+        assert set(summary["scheme"]) == scheme and set(summary["newton"]) == newton
+
+
 def test_every_setting_has_an_option():
     """With its default, choices and unit, from the fields of the settings themselves."""
     text = " ".join(corovec("run", "--help").stdout.split())

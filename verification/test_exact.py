@@ -455,6 +455,21 @@ def test_a_killed_run_resumes_bit_for_bit(tmp_path):
     assert read(whole)["history"]["dissipated"][-1] > 0.0
 
 
+def test_drift_counts_what_is_dissipated(tmp_path):
+    """As energy: it is booked.  What rho_inf < 1 takes is not."""
+    model = load_case("l-plate").model(30)
+
+    def flight(dt=0.02, **scheme):
+        result = simulate(model, Settings(dt=dt, end_time=3.0, scheme=Scheme(**scheme)))
+        energy = total_energy(result.history)[result.history["time"] >= 1.0 - 1e-9]
+        return result.drift.energy, float(np.abs(energy / energy[0] - 1.0).max())
+
+    drift, change = flight(name="exact", dissipation=0.5)
+    assert drift < 1e-12 < 1e-3 < change
+    drift, change = flight(rho_inf=0.8)
+    assert drift == pytest.approx(change, rel=1e-9) and change > 1e-4
+
+
 def offset():
     ply = Lamina.isotropic(1e6, 0.3, 1.0)
     model = plate()

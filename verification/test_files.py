@@ -5,12 +5,14 @@ import errno
 import os
 import stat
 import tempfile
+from dataclasses import replace
 
 import pytest
 
 from corovec import InputError, ResultFileError, Settings, simulate
 from corovec.benchmarks import load_case
 from corovec.reports.cli import animate
+from corovec.solver.dynamics.simulation import _check_frames, check_run
 from corovec.solver.results.files import folder_path, replacing, writable_folder, writable_path
 from corovec.solver.runtime import memory
 from corovec.verification.helpers import corovec
@@ -193,6 +195,19 @@ def test_mesh_that_memory_does_not_hold(monkeypatch):
         load_case("l-plate").model(480)
     with pytest.raises(InputError, match="model of .* elements would take"):
         simulate(cross_code_plate(8), SETTINGS)
+
+
+def test_frames_that_memory_does_not_hold(tmp_path, monkeypatch):
+    """Those between two checkpoints: all of 80 steps here, twice as much while they are written.
+    Without a file none wait."""
+    shell = load_case("l-plate").model(1920)
+    monkeypatch.setattr(memory, "available_memory", lambda: 4e7)
+    many = Settings(dt=0.01, end_time=0.8, frame_every=1, stresses=True)
+    with pytest.raises(InputError, match=r"81 frames between two checkpoints would take 0\.\d+ GB"):
+        simulate(shell, many, output=tmp_path / "run.h5")
+    assert os.listdir(tmp_path) == []
+    check_run(shell, many, None)
+    _check_frames(shell, replace(many, frame_every=40))
 
 
 def test_memory_that_is_free():

@@ -70,7 +70,7 @@ def good(folder):
     }
 
 
-OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "LayerStresses",
+OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "LayerStresses", "Cut",
             "ModelRun", "Stresses",
             "Configuration", "AccuracyWarning", "InputError", "MeshWarning", "ResultFileError",
             "ResultFileWarning", "StabilityWarning", "StepError", "Curve", "Modes", "Buckling",
@@ -79,23 +79,28 @@ OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "Layer
 
 FITS = {
     *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items")),
-    ("progress", "function"), ("until", "function"), ("notify", "function"),
+    ("progress", "function"), ("until", "function"), ("function", "function"),
+    ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
-                                  "all_quads", "rising", "switch")), ("probes", "dict"),
+                                  "all_quads", "apart", "rising", "switch")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
     ("angle", "negative"),
     *((name, kind) for kind in ("float", "negative")
       for name in ("pressure", "displacement", "offset", "temperature", "gradient", "alpha",
                    "alpha1", "alpha2", "unloaded_at", "scale", "load_factor", "amplitude",
-                   "phase", "mean", "factor")),
+                   "phase", "mean", "factor", "rest", "lock", "torque")),
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "error",
         "dt", "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
-        "turning", "E1", "E2", "nu12", "G12", "G13", "G23",
+        "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "coefficient",
+        "E1", "E2", "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
     *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
 }
 """Parameters to which something of the table is no junk."""
+
+OWN = {(corovec.FollowerForce, "force", kind) for kind in ("float", "negative")}
+"""The same of one function, as its namesakes elsewhere are vectors."""
 
 
 def public():
@@ -142,4 +147,4 @@ def fits(function, name, kind):
     """Whether something of the table is no junk to a parameter."""
     if kind == "none":
         return inspect.signature(function).parameters[name].default is None
-    return (name, kind) in FITS
+    return (name, kind) in FITS or (function, name, kind) in OWN

@@ -121,8 +121,8 @@ class Adaptive:
 
 
 def histories_of(model):
-    """Functions of time of the loads and supports of a model."""
-    for item in (*model.loads, *model.supports):
+    """Functions of time of the loads, supports and joints of a model."""
+    for item in (*model.loads, *model.supports, *model.joints):
         for name in ("history", "turning"):
             history = getattr(item, name, None)
             if history is not None:

@@ -114,6 +114,8 @@ class ExactIteration(Iteration):
             again and bool(state.acceleration.any()))
         if problem.driven is not None:
             delta = system.free(delta) + problem.driven
+        if system.linked:
+            system.linked.begin(state)
         new = not (rule.keep and kept.serves(problem.step))
         stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow
         first = last = 0.0
@@ -140,8 +142,9 @@ class ExactIteration(Iteration):
             record.work_ratio = work / first if first > 0.0 else 0.0
             left = work / last if last > 0.0 else 1.0
             # how fast it converges, the slower of two ratios tells: rigid parts vanish at once
-            if k and (work * min(max(left, slower), 1.0) <= floor or (
-                    fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))):
+            ended = work * min(max(left, slower), 1.0) <= floor or (
+                fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))
+            if k and ended and (not system.linked or system.linked.closed()):
                 kept.stale = k - max(made, 0) > kept.patience
                 if slow:
                     self._slow = most > FEW_PRODUCTS

@@ -40,12 +40,21 @@ class KeptMatrix:
         self.patience = float(np.clip(row // PATIENCE_ROW, LEAST_PATIENCE, MOST_PATIENCE))
         corner = np.empty(n_nodes, dtype=np.int64)
         corner[quads] = np.arange(len(quads))[:, None]
+        alone = []
+        for body, (node, _) in zip(system.model.bodies, system.model.body_masses):
+            corner[node] = corner[body.nodes[0]] if body.nodes else 0
+            alone.extend([] if body.nodes else [node])
         held = np.zeros(n_nodes, dtype=bool)
         held[numbering.node_of_dof[fixed]] = True
+        held[alone] = True
         if system.coordinates.constraints:
             held[system.coordinates.constraints.nodes] = True
+        twin = np.arange(n_nodes)
+        for group in system.model.joined:
+            held[group] = held[group].any()
+            twin[group] = group[0]
         blocks = np.zeros((4, n_nodes, 3, 3))
-        self._turning = Turning(corner, held, *blocks, *blocks[2:])
+        self._turning = Turning(corner, held, twin, *blocks, *blocks[2:])
         self._system, self._nodes, self._quads = system, system.dofs.nodes, quads
         self._mass = system.nodal_mass
         self._free = system.floating
@@ -121,9 +130,38 @@ class TurnedMatrix(KeptMatrix):
 
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for an iterate."""
+        self._columns = None
         self._step, self._number, self.stale = step, self._system.factorizations, False
         self._keep(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)
 
     def carry(self, state, place):
         """Turn the factorization along with the nodes to the iterate that was assembled last."""
         self._carry(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)
+
+    def solve(self, residual):
+        """Correction for a residual, with the multipliers of constraints, whose columns ``K^-1
+        G_m^T`` are kept with the factorization."""
+        linked = self._system.linked
+        if not linked:
+            return super().solve(residual)
+        if self._columns is None:
+            self._columns = np.stack([self._solved(column) for column in linked.columns()])
+        correction = self._solved(residual)
+        change = linked.split(self._turned_on(correction)[linked.dofs], np.stack(
+            [self._turned_on(column)[linked.dofs] for column in self._columns], axis=1))
+        correction -= change @ self._columns
+        self._turn_on(self._nodes, self._turning, correction)
+        if self._free:
+            self._balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
+        return correction
+
+    def _solved(self, residual):
+        """``K_0^-1 T_m^T r``"""
+        self._turn_back(self._nodes, self._turning, residual, self._turned)
+        return self._system.solver.solve(self._turned)
+
+    def _turned_on(self, correction):
+        """A copy in the present axes."""
+        turned = correction.copy()
+        self._turn_on(self._nodes, self._turning, turned)
+        return turned

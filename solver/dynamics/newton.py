@@ -67,6 +67,8 @@ class StepRecord:
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
         impulses: ``Reactions`` times the length of the step; None of a shell without supports.
         loads: ``Resultant`` of the loads times the length of the step.
+        joints: (n_joints, 6) impulses of ``System.joints``, work of motors and servos, and what
+            dampers took [J], where it is asked for.
         parts: of an adaptive step.
         rejected: parts that were taken back.
         local_error: the largest of a part [sizes of the shell].
@@ -79,6 +81,7 @@ class StepRecord:
     indefinite: int = 0
     impulses: Reactions | None = None
     loads: Resultant = NOTHING
+    joints: np.ndarray | float = 0.0
     parts: int = 1
     rejected: int = 0
     local_error: float = 0.0
@@ -90,6 +93,7 @@ class StepRecord:
         self.work_ratio = part.work_ratio
         self.switches += part.switches
         self.loads = self.loads.plus(part.loads, 1.0)
+        self.joints = self.joints + part.joints
         if part.impulses:
             self.impulses = part.impulses.plus(self.impulses, 1.0) if self.impulses else (
                 part.impulses)

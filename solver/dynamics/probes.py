@@ -5,18 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import existing, integer, integers, names_columns, shown, single, vector
+from ..checks import choice, existing, integer, integers, names_columns, shown, single, text, vector
 from ..errors import InputError
 from ..fields import put
 from ..kernels import observation
 from ..kernels.calls import Call
+from ..kernels.hinges import ANGLE
 from ..model.constants import in_surface, recovery
+from ..model.joints import Hinge, names_of
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
+from ..system.joints import Angle
 
 MOST_PROBES = 100
-"""Each takes 48 bytes a step, of stress 88."""
+"""Each takes 48 bytes a step, of stress 88, of a joint 72."""
 
 
 def _place(name, value):
@@ -72,6 +75,28 @@ class EnergyProbe:
             put(self, elements=_elements("elements", self.elements))
 
 
+@dataclass(frozen=True)
+class JointProbe:
+    """What a joint does: of a hinge the ``angle`` [rad], its mean ``rate`` in the step [rad/s], the
+    ``moment`` of spring, damper, stops, latch and motor that turns it on [N m], the energy that is
+    ``stored`` there [J], the ``work`` of its motor and servo and what is ``lost`` in its dampers
+    since t = 0 [J]; of any joint the ``force`` on the plate of its ``nodes``, of a spherical one on
+    the first node, of one between bodies on its end ``other`` [N].  Forces and moments are means of
+    the step.
+
+    Attributes:
+        joint: its name.
+
+    Raises:
+        InputError: it is no name.
+    """
+
+    joint: str
+
+    def __post_init__(self):
+        put(self, joint=text("joint", self.joint))
+
+
 def probes_of(name, given):
     """Nodes, places and probes by names that are fit for columns."""
     if not isinstance(given, dict) or len(given) > MOST_PROBES:
@@ -88,6 +113,7 @@ class Probes:
 
     Attributes:
         row: type of a history row with their columns.
+        joints: whether there are any of joints.
         description: what a result file says of them.
     """
 
@@ -97,6 +123,7 @@ class Probes:
                         for name, probe in given.items()}
         self.row = probed({name: probe.kind for name, probe in self._probes.items()})
         self.description = {name: probe.told for name, probe in self._probes.items()}
+        self.joints = any(probe.kind == "joint" for probe in self._probes.values())
         self._columns = []
 
     def attach(self, history):
@@ -109,10 +136,14 @@ class Probes:
             self._columns.append((probe, np.ndarray((len(history), count), "f8", history, first,
                                                     (size, 8))))
 
-    def write(self, step, system, state, place):
-        """The columns of a step, of the ``state`` at its end and its ``place``."""
+    def write(self, step, system, state, place, joints, dt):
+        """The columns of a step, of the ``state`` at its end and its ``place``; ``joints``: see
+        ``StepRecord``; dt: its length [s]."""
         for probe, columns in self._columns:
-            probe.write(columns[step], system, state, place)
+            if probe.kind == "joint":
+                probe.write(columns[max(step - 1, 0):step + 1], system, state, place, joints, dt)
+            else:
+                probe.write(columns[step], system, state, place)
 
 
 def _made(model, name, probe):
@@ -120,6 +151,8 @@ def _made(model, name, probe):
         return _Stress(model, name, probe)
     if isinstance(probe, EnergyProbe):
         return _Energy(model, name, probe)
+    if isinstance(probe, JointProbe):
+        return _Joint(model, name, probe)
     return _Node(model, name, probe)
 
 
@@ -206,3 +239,33 @@ class _Energy:
 
     def write(self, row, system, state, place):
         row[0] = place.start.energy[self._elements].sum()
+
+
+class _Joint:
+    """Angle, forces and energies of a joint."""
+
+    kind = "joint"
+
+    def __init__(self, model, name, probe):
+        names = names_of(model.joints)
+        if not names:
+            raise InputError(f"{name}: the model has no joints")
+        self._number = names.index(choice(f"{name}: joint", probe.joint, tuple(names)))
+        joint = model.joints[self._number]
+        self._angle = Angle(model, joint) if isinstance(joint, Hinge) else None
+        self.told = {"joint": probe.joint}
+
+    def write(self, rows, system, state, place, joints, dt):
+        """The last of ``rows``; before it stands that of the step before, if there is one."""
+        row = rows[-1]
+        if self._angle:
+            last = rows[0, 0] if len(rows) == 2 else 0.0
+            row[0] = self._angle(state, place.start.p, last)
+        elif np.any(at := system.turnings.joints == self._number):
+            row[0] = state.hinges[at, ANGLE][0]
+        if len(rows) == 2:
+            row[1] = (row[0] - rows[0, 0]) / dt
+            force_and_moment, done = joints[self._number, :4] / dt, joints[self._number, 4:]
+            row[2], row[3:6] = force_and_moment[3], force_and_moment[:3]
+            row[7:] = rows[0, 7:] + done
+        row[6] = system.turnings.energy_of(self._number, state)

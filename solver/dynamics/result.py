@@ -34,9 +34,10 @@ End = Annotated[float, end_of]
 
 @dataclass(frozen=True)
 class Drift:
-    """Largest change since unloading: of the energy relative to itself, of the momenta relative to
-    the largest sum m |v| and sum m |x - x_c| |v| of the whole run (None for a supported shell,
-    whose momenta are not conserved)."""
+    """Largest change since unloading: of the energy with what is dissipated and without the works
+    (``unaccounted``) relative to the energy, of the momenta relative to the largest sum m |v| and
+    sum m |x - x_c| |v| of the whole run (None for a supported shell, whose momenta are not
+    conserved)."""
 
     energy: float
     linear_momentum: float | None
@@ -59,6 +60,8 @@ class Result:
         supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
+        memory: most that this process has had at a time until the end of the run [MB], None if
+            unknown.
         settings: ``Settings``.
     """
 
@@ -72,6 +75,7 @@ class Result:
     supported: bool
     solver: str
     seconds: Seconds
+    memory: float | None
     settings: Settings
 
     def __repr__(self):
@@ -100,7 +104,9 @@ class Result:
         """``{name: {what: (n_steps + 1, ...)}}``: of a node ``displacement`` [m] and ``velocity``
         [m/s]; of a ``StressProbe`` ``membrane_force`` (xx, yy, xy) [N/m], ``moment`` [N],
         ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
-        ``EnergyProbe`` ``strain_energy`` [J]."""
+        ``EnergyProbe`` ``strain_energy`` [J]; of a ``JointProbe`` ``angle`` [rad], ``rate``
+        [rad/s], ``hinge_moment`` [N m], ``joint_force`` [N], ``stored``, ``work`` and ``lost`` [J].
+        """
         return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
                        PROBES[kind].items()}
                 for name, kind in probe_kinds(self.history.dtype).items()}
@@ -156,12 +162,19 @@ def balance(history: Motion):
                    left("angular_momentum", "angular_scale", "load_moment", "reaction_moment"))
 
 
+def unaccounted(rows):
+    """``E + D - W - W_s`` [J] of one row or all of a history, with the dissipated D and the works W
+    of the loads and W_s of the supports: constant but for what the scheme adds or loses (with
+    ``rho_inf < 1`` it loses some, which no column books)."""
+    return (rows["kinetic_energy"] + rows["strain_energy"] + rows["dissipated"]
+            - rows["external_work"] - rows["support_work"])
+
+
 def gained(history):
-    """(n,) energy that came from nothing, ``E + D - W - W_s - E(0)`` [J], with the dissipated D and
-    the works W of the loads and W_s of the supports; and the largest of E and of their sum [J]."""
-    energy = total_energy(history)
-    work = history["external_work"] + history["support_work"] - history["dissipated"]
-    return energy - energy[0] - work, max(energy.max(), np.abs(work).max())
+    """(n,) energy that came from nothing, the change of ``unaccounted`` [J]; and the largest of E
+    and of the sum of what is dissipated and the works [J]."""
+    energy, left = total_energy(history), unaccounted(history)
+    return left - left[0], max(energy.max(), np.abs(energy - left).max())
 
 
 @checked
@@ -198,7 +211,7 @@ def drift(history: Motion, unloaded_at: End, supported: bool = False):
     first = unloaded_row(history, unloaded_at)
     if first is None or first == len(history) - 1:
         return None
-    energy = total_energy(history)[first:]
+    start, left = float(total_energy(history)[first]), unaccounted(history)[first:]
 
     def change(name, scale):
         if supported:
@@ -208,6 +221,6 @@ def drift(history: Motion, unloaded_at: End, supported: bool = False):
         return float(np.abs(values - values[0]).max() / largest) if largest > 0.0 else 0.0
 
     return Drift(
-        float(np.abs(energy - energy[0]).max() / energy[0]) if energy[0] > 0.0 else 0.0,
+        float(np.abs(left - left[0]).max() / start) if start > 0.0 else 0.0,
         change("linear_momentum", "momentum_scale"), change("angular_momentum", "angular_scale"),
         change("angular_momentum_printed", "angular_scale"))

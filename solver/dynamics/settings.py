@@ -117,3 +117,23 @@ class Settings:
         every = self.frame_every or -(-self.n_steps // DEFAULT_FRAMES)
         steps = np.arange(0, self.n_steps + 1, every)
         return steps if steps[-1] == self.n_steps else np.append(steps, self.n_steps)
+
+
+def taking_part(settings):
+    """``settings``, as a dictionary, without what has no effect with its scheme and rule.
+
+    ``exact`` has no parameter of ``quasi`` and no tolerance, ``newmark`` neither rho_inf nor T at a
+    midpoint; where nothing is dissipated, nothing is said of it.
+    """
+    scheme, newton = settings["scheme"], settings["newton"]
+    idle = {"exact": {"rho_inf", "transformation", "axes", "tolerance", "min_iterations"},
+            "newmark": {"rho_inf", "transformation"}}.get(scheme["name"], set())
+    if not scheme["dissipation"]:
+        idle = idle | {"dissipation", "dissipates"}
+    if newton["kind"] != "full":
+        idle = idle | {"min_iterations"}
+    return {**settings, "scheme": _without(scheme, idle), "newton": _without(newton, idle)}
+
+
+def _without(values, names):
+    return {name: value for name, value in values.items() if name not in names}

@@ -1,5 +1,6 @@
 """Running a model: the loop over time steps."""
 
+import math
 import time
 from collections.abc import Callable
 from typing import Annotated
@@ -12,12 +13,13 @@ from ..model.histories import Steps
 from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
 from ..results.files import output_path
+from ..results.layout import Sizes
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration, configuration
-from ..runtime.memory import ELEMENT, check_memory
+from ..runtime.memory import ELEMENT, check_memory, peak_memory
 from ..runtime.provenance import describe
-from ..signatures import File, checked
+from ..signatures import Count, File, checked
 from ..system.exact import ExactSystem
 from ..system.failure import told
 from ..system.loads import at_time
@@ -38,10 +40,11 @@ LOST_IMPULSE = 0.05
 @checked
 def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
              resume: bool = False, progress: Callable = None, case: str = None,
-             probes: Annotated[dict, probes_of] = None, start: Configuration = None):
+             probes: Annotated[dict, probes_of] = None, start: Configuration = None,
+             threads: Count = 1):
     """Run ``model`` from rest (or its initial velocities, or ``start``) to ``settings.end_time``.
 
-    Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
+    Results are the same to the last bit with any number of threads.
 
     Args:
         model: ``Model``.
@@ -52,9 +55,12 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
         progress: called after every step with (step, n_steps, history row).
         case: name of the benchmark or the model file, stored with the result.
         probes: ``{name: node}``, or its initial place (x, y, z) [m]: nodes whose displacement and
-            velocity are kept of every step; or a ``StressProbe``, or an ``EnergyProbe``.
+            velocity are kept of every step; or a ``StressProbe``, an ``EnergyProbe`` or a
+            ``JointProbe``.
         start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
             with its velocities; supports hold what is held where it is.
+        threads: as many at most assemble, where there are some thousand nodes, and, with RSLAB,
+            factorize and solve; the rest of linear algebra runs on one.
 
     Returns:
         ``Result``.
@@ -71,10 +77,12 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
     """
     output = output_path(output, overwrite, resume)
     probes = check_run(model, settings, probes)
+    if output is not None:
+        _check_frames(model, settings)
     start = None if start is None else _start(model, start)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
-                         start)
+                         start, threads)
 
 
 def check_run(model, settings, probes):
@@ -109,11 +117,12 @@ def _start(model, start):
     return found
 
 
-def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
+def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
+              threads):
     scheme = settings.scheme
-    system = (ExactSystem(model, settings.solver) if scheme.exact
-              else System(model, settings.solver, scheme.axes == "nodal"))
-    stepper = Stepper(system, scheme, settings.newton)
+    system = (ExactSystem(model, settings.solver, threads=threads) if scheme.exact
+              else System(model, settings.solver, scheme.axes == "nodal", threads=threads))
+    stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
     advance = Adaptive(stepper, settings, model).advance if settings.error else stepper.advance
@@ -139,13 +148,18 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
-                  system.solver.name, seconds, settings)
+                  system.solver.name, seconds, peak_memory(), settings)
 
 
 RARELY, LEAST, MOST = 2e6, 25, 200
 """Checkpoints are frames at least ``RARELY`` / unknowns steps after the last one, but not more than
 ``MOST`` and not fewer than ``LEAST``: about a second of work, or 25 steps, is lost with a run that
 is killed, and a factorization is dropped no more often."""
+
+
+def _rarely(n_dof):
+    """Steps after a checkpoint from which the next frame is one."""
+    return int(np.clip(RARELY / n_dof, LEAST, MOST))
 
 
 class _Run:
@@ -163,7 +177,7 @@ class _Run:
         self._system, self._settings, self._probes = system, settings, probes
         self._start = start and (start.displacement, start.directors, start.velocity,
                                  start.director_rates)
-        self.state = system.initial_state(start)
+        self.state = system.initial_state(start, settings.scheme.uses_accelerations)
         system.driven.check(self.state, at_time(0.0))
         system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
         self.place = system.observe(self.state)
@@ -172,7 +186,7 @@ class _Run:
         self.frame_of_step = {int(step): k for k, step in enumerate(settings.frame_steps)}
         self.done = 0
         self._recorder, self._written = None, 1
-        self._rarely = int(np.clip(RARELY / system.numbering.n_dof, LEAST, MOST))
+        self._rarely = _rarely(system.numbering.n_dof)
         self._checkpoint = 0
         self._halvings = Halvings(settings.dt, 0)
         self._fill(0, StepRecord())
@@ -233,7 +247,8 @@ class _Run:
         if record.impulses:
             row["reaction"] = record.impulses.force / self._settings.dt
             row["reaction_moment"] = record.impulses.moment / self._settings.dt
-        self._probes.write(step, self._system, self.state, self.place)
+        self._probes.write(step, self._system, self.state, self.place, record.joints,
+                           self._settings.dt)
 
     def _frame(self, step, record):
         system, reactions = self._system, None
@@ -262,6 +277,21 @@ def _check_memory(model, settings, row):
     check_memory(f"the history of {steps} steps",
                  steps * (row.itemsize + SAMPLE) + (frames * FRAME if settings.frame_every else 0))
     check_memory(f"a model of {len(model.quads)} elements", len(model.quads) * ELEMENT)
+
+
+STATE = 3 * 40 * 8
+"""Bytes that states for a checkpoint take a node: three of about 40 numbers."""
+
+
+def _check_frames(model, settings):
+    """Frames between two checkpoints wait in memory, and while they are written as long again."""
+    fields = Sizes(False, len(model.nodes), len(model.quads), len(model.normals), 0, 0, 0,
+                   bool(model.supports) or model.grounded, settings.stresses).fields
+    each = 8 * sum(math.prod(shape) for _, shape in fields.values())
+    between = np.diff(settings.frame_steps).max()
+    waiting = min(-(-_rarely(5 * len(model.nodes)) // between), len(settings.frame_steps))
+    check_memory(f"{waiting} frames between two checkpoints",
+                 2 * waiting * each + STATE * len(model.nodes))
 
 
 def _check_supports(model, settings):

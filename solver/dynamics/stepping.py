@@ -1,6 +1,9 @@
 """Steps of a motion: each solved by Newton's iteration, halved where that fails."""
 
+import numpy as np
+
 from ..errors import StepError
+from ..kernels.hinges import SLACK
 from ..system.damping import Dissipation, strains
 from ..system.failure import NotConverged
 from ..system.loads import Iterate, at_time
@@ -22,8 +25,10 @@ class Stepper:
         iteration: ``Iteration``, with the seconds by phase.
     """
 
-    def __init__(self, system, scheme, rule):
-        """``scheme``: ``Scheme``; ``rule``: ``Newton``."""
+    def __init__(self, system, scheme, rule, joints=False):
+        """``scheme``: ``Scheme``; ``rule``: ``Newton``; ``joints``: whether what joints do is asked
+        for."""
+        self._joints = joints
         self.system, self._scheme, self._rule = system, scheme, rule
         self.iteration = (ExactIteration(system, TurnedMatrix(system)) if scheme.exact
                           else Iteration(system, KeptMatrix(system)))
@@ -51,7 +56,7 @@ class Stepper:
                 and work have drifted apart.
         """
         scheme = self._scheme
-        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt)
+        loads = self.system.loads(time + (1.0 - scheme.alpha_f) * dt, time, time + dt)
         if dt not in self._factors:
             midpoint = scheme.midpoint(dt)
             if self.system.damping:
@@ -85,9 +90,14 @@ class Stepper:
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
         reactions, driven, braked = None, 0.0, 0.0
+        if system.supported or self._joints:
+            self._assemble(problem, delta)
         if system.supported:
-            reactions = self._reactions(problem, delta)
+            reactions = system.reactions(state, place, problem.step, problem.loads,
+                                         problem.averaged)
             driven = system.work_of_supports(delta)
+        joints = self._joints and np.hstack([dt * system.joints(),
+                                             np.zeros((len(system.model.joints), 2))])
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         work = self._work(problem, time, delta)
         if system.damping:
@@ -98,7 +108,11 @@ class Stepper:
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
+            if system.linked:
+                work += system.linked.settle(state, delta, problem.loads.driven)
             switches = system.coordinates.renew(state, dt)
+            if system.turnings:
+                state.hinges[:, SLACK] = problem.loads.slacks
             system.observe(state, place)
             if system.driven.moving:
                 driven -= place.observed.energy
@@ -107,6 +121,13 @@ class Stepper:
                 driven += place.observed.energy
             if system.damping:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
+            if system.turnings:
+                turned = system.turnings.turned(self._before, state, problem.loads.motors, dt)
+                work, lost = work + float(turned.work.sum()), lost + float(turned.lost.sum())
+                if self._joints:
+                    joints[:, 4:] = np.transpose([system.turnings.by_joint(values)
+                                                  for values in turned])
+                system.turnings.latch(state)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
             state.external_work += work
@@ -119,24 +140,23 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
+        record.joints = record.joints + joints
         record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))
             record.impulses = impulses.plus(reactions, dt)
 
-    def _reactions(self, problem, delta):
-        """``Reactions`` of a converged step, at its generalized midpoint."""
-        state, place, step, loads = problem.state, problem.place, problem.step, problem.loads
-        self.system.assemble(state, place, step, delta, loads, averaged=problem.averaged,
-                             tangent=False)
-        return self.system.reactions(state, place, step, loads, problem.averaged)
+    def _assemble(self, problem, delta):
+        """The residual of a converged step, at its generalized midpoint."""
+        self.system.assemble(problem.state, problem.place, problem.step, delta, problem.loads,
+                             averaged=problem.averaged, tangent=False)
 
     def _work(self, problem, time, delta):
         """Work of the loads in a step [J], with their values at its middle."""
         system = self.system
         loads = problem.loads
         if self._scheme.alpha_f != 0.5:
-            loads = system.loads(time + 0.5 * problem.dt)
+            loads = system.loads(time + 0.5 * problem.dt, time, time + problem.dt)
             if not system.all_dead:
                 system.assemble(problem.state, problem.place, problem.step, delta, loads,
                                 averaged=problem.averaged, tangent=False)

@@ -108,6 +108,7 @@ class Geometry(Strict):
         merge: makes nodes at one place of ``file`` one.
         reduce: takes the corners of elements of second order of ``file``.
         all_quads: divides triangles of ``file`` into three quads and each quad into four.
+        apart: nodes of ``file`` may be at one place, of plates that joints hold together.
         blocks: ``Block`` s.
         sphere: ``Sphere``.
         cylinder: ``Cylinder``.
@@ -121,6 +122,7 @@ class Geometry(Strict):
     merge: bool = False
     reduce: bool = False
     all_quads: bool = False
+    apart: bool = False
     blocks: list[Block] | None = None
     sphere: Sphere | None = None
     cylinder: Cylinder | None = None
@@ -135,7 +137,7 @@ class Geometry(Strict):
             raise ValueError("blocks must not be empty")
         if self.blocks and self.unit not in ("m", None):
             raise ValueError(f"blocks in '{self.unit}', must be in 'm'")
-        for name in ("scale", "merge", "reduce", "all_quads"):
+        for name in ("scale", "merge", "reduce", "all_quads", "apart"):
             if name in self.model_fields_set and kind != "file":
                 raise ValueError(f"{name} is for a mesh of a file, this has {kind}")
         return self
@@ -155,7 +157,8 @@ class Geometry(Strict):
     @cached_property
     def _read(self):
         """The mesh in the file [m]."""
-        read = Mesh.read(self.file, merge=self.merge, reduce=self.reduce, all_quads=self.all_quads)
+        read = Mesh.read(self.file, merge=self.merge, reduce=self.reduce, all_quads=self.all_quads,
+                         apart=self.apart)
         if self.scale == 1.0:
             return read
         return replace(read, nodes=read.nodes * self.scale)

@@ -9,11 +9,12 @@ from pydantic import Field, field_validator, model_validator
 
 from ..checks import floats
 from ..dynamics.probes import Probes
-from ..dynamics.scheme import SCHEMES, Scheme
+from ..dynamics.scheme import DISSIPATES, SCHEMES, Scheme
 from ..dynamics.settings import Settings
 from ..errors import InputError
 from ..model.arithmetic import arithmetic
 from ..model.histories import CONSTANT, TimeFunction
+from ..model.joints import names_of
 from ..model.mesh import MOST_ELEMENTS, node_at
 from ..model.model import Model
 from ..runtime.memory import ELEMENT, check_memory
@@ -21,6 +22,7 @@ from ..signatures import checked
 from .acting import Driven, Held, History, Load, RigidMotion, Sector
 from .attached import Damped, Foundation, MassAt, SpringBetween, SpringToGround
 from .geometry import Geometry, Refinement
+from .joints import JointOf, open_mesh
 from .layers import Layers, Material, SectionOf
 from .probed import Probed
 from .values import (
@@ -148,6 +150,8 @@ class Dynamic(Strict):
         loads: names of those that act; all without it.
         scheme: ``quasi``, ``exact`` or ``newmark``.
         dissipation: of ``exact``, 0 to 1.
+        dissipates: of ``exact``, ``selective`` or ``constant``: where that is.
+        rho_inf: of ``quasi``, the spectral radius at infinity, 0 to 1.
         error: of a step, in sizes of the shell, beyond which it is divided; 0 for steps of dt.
     """
 
@@ -157,6 +161,8 @@ class Dynamic(Strict):
     loads: list[Name] | None = None
     scheme: Literal[SCHEMES] = "quasi"
     dissipation: Number = 0.0
+    dissipates: Literal[DISSIPATES] = "selective"
+    rho_inf: Number = 1.0
     error: Number = 0.0
 
     @model_validator(mode="after")
@@ -166,8 +172,9 @@ class Dynamic(Strict):
 
     def settings(self, **others):
         """``Settings`` of the step."""
-        return Settings(self.dt, self.end_time, Scheme(self.scheme, dissipation=self.dissipation),
-                        error=self.error, **others)
+        scheme = Scheme(self.scheme, self.rho_inf, dissipation=self.dissipation,
+                        dissipates=self.dissipates)
+        return Settings(self.dt, self.end_time, scheme, error=self.error, **others)
 
 
 class Output(Strict):
@@ -231,6 +238,7 @@ class ModelFile(Strict):
         springs: between two nodes.
         ground_springs: between nodes and the ground.
         foundations: elastic ones under elements.
+        joints: hinges and spherical joints of plates.
         damping: of the shell.
         cyclic: the shell is one sector of many.
         motion: how the shell moves at the start.
@@ -261,6 +269,7 @@ class ModelFile(Strict):
     springs: list[SpringBetween] = []
     ground_springs: list[SpringToGround] = []
     foundations: list[Foundation] = []
+    joints: list[JointOf] = []
     damping: Damped | None = None
     cyclic: Sector | None = None
     motion: RigidMotion | None = None
@@ -285,7 +294,7 @@ class ModelFile(Strict):
                         *self._of_steps()]
         except InputError as error:  # the file of the mesh
             raise ValueError(f"geometry.file: {error}") from None
-        problems = problems or [*self._of_places()]
+        problems = problems or [*self._of_joints()] or [*self._of_places()]
         if problems:
             raise ValueError("; ".join(problems))
         try:
@@ -306,9 +315,14 @@ class ModelFile(Strict):
             places = [place for place, item in self._listed(*ATTACHED) for _ in item.made(mesh)]
             return f"{places[int(attached[1])]}: {message[attached.end():]}"
         if both := re.search(r"supports (\d+) and (\d+)", message):
-            one, other = (supports[int(number)] for number in both.groups())
+            # beyond the list: what joints imply
+            one, other = ((supports + ["one of a joined node"])[min(int(number), len(supports))]
+                          for number in both.groups())
             return message.replace(both[0], f"{one} and {other}")
-        return f"geometry: {message}"
+        for k, name in enumerate(names_of(self.joints)):
+            if message.startswith(f"{name}: "):
+                return f"joints[{k}]: {message.removeprefix(f'{name}: ')}"
+        return message if message.startswith("joints: ") else f"geometry: {message}"
 
     def _listed(self, *names):
         """``(place in the file, item)`` of lists of tables."""
@@ -365,8 +379,8 @@ class ModelFile(Strict):
             yield "calibration: no history has a peak that is calibrated"
 
     def _of_supports(self):
-        """What is wrong with the functions of time of supports."""
-        for place, support in self._listed("supports", "drives"):
+        """What is wrong with the functions of time of supports and joints."""
+        for place, support in self._listed("supports", "drives", "joints"):
             for key in ("history", "turning"):
                 name = getattr(support, key, None)
                 if name and name not in self.histories:
@@ -400,6 +414,20 @@ class ModelFile(Strict):
             yield "motion: the motion starts from the equilibrium of the static step, at rest"
         for name in self.probes.keys() & self.points.keys():
             yield f"probes.{name}: a point has the same name"
+
+    def _of_joints(self):
+        """What is wrong with joints, and where they are."""
+        names = names_of(self.joints)
+        yield from _repeated("joints", "name", names)
+        try:
+            _, places = self._opened(self.sizes[0])
+        except InputError as error:
+            yield str(error)
+            return
+        functions = self._functions()
+        for k, (joint, at) in enumerate(zip(self.joints, places)):
+            yield from _wrong(f"joints[{k}]",
+                              lambda joint=joint, at=at: joint.made(at, functions))
 
     def _of_places(self):
         """What is wrong with the places of groups, loads, supports, points and all else on a mesh
@@ -459,17 +487,21 @@ class ModelFile(Strict):
         return next((name for name, h in self.histories.items() if h.peak), None)
 
     def mesh(self, elements):
-        """``Mesh`` with ``elements`` elements.
+        """``Mesh`` with ``elements`` elements, open at the joints.
 
         Raises:
             InputError: no such mesh, or not enough memory for it.
         """
+        return self._opened(elements)[0]
+
+    def _opened(self, elements):
+        """The mesh, and the nodes of all joints."""
         refinements = {mesh.elements: mesh.refinement for mesh in self.meshes} or {self.sizes[0]: 1}
         if elements not in refinements:
             raise InputError(f"model {self.name} has no mesh of {elements} elements, must be one "
                              f"of: {', '.join(map(str, self.sizes))}")
         check_memory(f"a mesh of {elements} elements", elements * ELEMENT)
-        return self.geometry.mesh(refinements[elements])
+        return open_mesh(self.geometry.mesh(refinements[elements]), self.joints)
 
     def loads_on(self, mesh, factor=1.0, names=None, rising=False):
         """The loads called ``names`` (None: all), times ``factor``, as loads of a ``Model``;
@@ -522,12 +554,14 @@ class ModelFile(Strict):
         Raises:
             InputError: no such mesh, or as of ``Model``.
         """
-        mesh = self.mesh(elements)
+        mesh, places = self._opened(elements)
+        functions = self._functions(rising=rising)
+        joints = [joint.made(at, functions) for joint, at in zip(self.joints, places)]
         values = {name: self._values(mesh, name) for name in PROPERTIES}
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
                          damping=self.damping and self.damping.made(),
-                         cyclic=self.cyclic and self.cyclic.made(),
+                         cyclic=self.cyclic and self.cyclic.made(), joints=joints,
                          sections=self._sections(mesh), **values, **options)
         if self.motion is None:
             return shell
@@ -577,8 +611,10 @@ class ModelFile(Strict):
             if load.at or load.line:
                 rows.append((load.name + (" acts at" if load.at else " acts along"),
                              *columns(load.at or load.line)))
+            rows += [(f"{load.name} {name}", *columns(given)) for name in ("density", "velocity")
+                     if (given := getattr(load, name))]
         rows += [(f"{place} {name}", *columns(given)) for place, item in (
-            *self._listed(*ATTACHED, "drives"), ("damping", self.damping or ()),
+            *self._listed(*ATTACHED, "joints", "drives"), ("damping", self.damping or ()),
             *((f"probe {name}", probe) for name, probe in self.probes.items()))
             for name, given in item if isinstance(given, Sourced)]
         rows += [(f"point {name}", *columns(s)) for name, s in self.points.items()]

@@ -227,6 +227,28 @@ class Residual(NamedTuple):
     applied: np.ndarray
 
 
+WHOLE, BEFORE, ELEMENTS, AFTER = 0, 1, 2, 3
+"""Parts of an assembly: all of it, the nodes before the elements, the elements, the nodes after
+them.  Each takes what the last has left at all nodes."""
+
+
+class Share(NamedTuple):
+    """What one of several threads does of an assembly: some nodes, and of some elements what they
+    add to the nodes that it owns, in the order of all elements.
+
+    Attributes:
+        first: first node of its own before and after the elements.
+        last: behind the last one.
+        groups: (n,) groups of elements, ascending: all that have a node which it owns.
+        owned: (n_nodes,) bool; empty: all nodes.
+    """
+
+    first: int
+    last: int
+    groups: np.ndarray
+    owned: np.ndarray
+
+
 class Storage(NamedTuple):
     """Where the lower triangle of the matrix stands in the values of a linear solver.
 
@@ -367,6 +389,7 @@ class Turning(NamedTuple):
     Attributes:
         corner: (n_nodes,) an element beside each node.
         held: (n_nodes,) bool, nodes with a support.
+        twin: (n_nodes,) the first of the nodes that move with each.
         frames: (n_nodes, 3, 3) axes of that element when the matrix was made.
         rates: (n_nodes, 3, 3) A_0, maps from rates of the variables then.
         Q: (n_nodes, 3, 3) rotation since then, of corrections.
@@ -377,9 +400,28 @@ class Turning(NamedTuple):
 
     corner: np.ndarray
     held: np.ndarray
+    twin: np.ndarray
     frames: np.ndarray
     rates: np.ndarray
     Q: np.ndarray
     J: np.ndarray
     Q_forces: np.ndarray
     J_forces: np.ndarray
+
+
+class Terms(NamedTuple):
+    """Vectors that move with bodies, see ``multipliers``.
+
+    Attributes:
+        first: (n + 1,) terms of vector k are ``first[k] .. first[k + 1] - 1``.
+        constant: (n, 3) their constant parts.
+        node: (n_terms,) node of each term.
+        alpha: (n_terms,) factor of its place.
+        body: (n_terms, 3) vector in its frame.
+    """
+
+    first: np.ndarray
+    constant: np.ndarray
+    node: np.ndarray
+    alpha: np.ndarray
+    body: np.ndarray

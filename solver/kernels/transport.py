@@ -16,6 +16,7 @@ import numpy as np
 from . import element
 from .jit import inlined, internal, kernel
 from .junctions import frame_of, spins
+from .vectors import copy_frame
 
 
 @internal
@@ -66,6 +67,9 @@ def carry(nodes, quads, motion, start, turning):
         _bases(i, nodes, motion.chart, start.p, start.A1, y, unused, variables)
         _turn(frame, turning.frames[i], turning.rates[i], variables, nodes.n_rot[i], turning.Q[i],
               turning.J[i])
+    for i in range(turning.corner.shape[0]):
+        if turning.twin[i] != i:
+            copy_frame(turning.Q[turning.twin[i]], turning.Q[i])
 
 
 @internal
@@ -111,7 +115,7 @@ def carry_step(nodes, quads, motion, work, turning):
     """Blocks of T_m and T_1 since ``keep_step``; 1 at nodes that are held."""
     y, frame, unused = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     of_forces, of_corrections = np.empty((3, 3)), np.empty((3, 3))
-    corner, held, frames, rates, Q, J, Q_forces, J_forces = turning
+    corner, held, twin, frames, rates, Q, J, Q_forces, J_forces = turning
     for i in range(corner.shape[0]):
         if held[i]:
             _unit(Q[i])
@@ -125,6 +129,10 @@ def carry_step(nodes, quads, motion, work, turning):
         _turn(frame, frames[i], rates[i], of_forces, n_rot, Q_forces[i], J_forces[i])
         _step_axes(quads[corner[i]], motion, work.dx, 1.0, y, frame)
         _turn(frame, frames[i], rates[i], of_corrections, n_rot, Q[i], J[i])
+    for i in range(corner.shape[0]):
+        if twin[i] != i:
+            copy_frame(Q[twin[i]], Q[i])
+            copy_frame(Q_forces[twin[i]], Q_forces[i])
 
 
 @inlined

@@ -19,17 +19,19 @@ class MassProperties(NamedTuple):
     inertia: np.ndarray
 
 
-def mass_properties(elements, nodes, normals):
+def mass_properties(elements, nodes, normals, bodies=()):
     """``MassProperties`` by Eqs. (40a), (40b).
 
     ``I = sum_ij m_ij s(x_i, x_j) + I_ij s(p_i, p_j) + c_ij (s(x_i, p_j) + s(p_i, x_j))``,
     ``s(a, b) = a . b 1 - b a^T``, as ``a x (omega x b) = s(a, b) omega``; c_ij is the mass that is
-    eccentric.
+    eccentric.  Rigid ``bodies`` are added.
     """
     m = elements.mass
     x, p = nodes[elements.nodes], normals[elements.directors]
-    mass = m.sum()
-    centre = np.einsum("eij,ejc->c", m, x) / mass
+    own = np.array([body.mass for body in bodies])
+    centres = np.array([body.centre for body in bodies]).reshape(-1, 3)
+    mass = m.sum() + own.sum()
+    centre = (np.einsum("eij,ejc->c", m, x) + own @ centres) / mass
     eccentric = elements.eccentric
     if len(eccentric):
         centre += np.einsum("eij,ejc->c", eccentric, p) / mass
@@ -39,4 +41,7 @@ def mass_properties(elements, nodes, normals):
     if len(eccentric):
         mixed = np.einsum("eij,eic,ejd->cd", eccentric, arms, p)
         spread += mixed + mixed.T
+    spread += (centres - centre).T @ (own[:, None] * (centres - centre))
+    for body in bodies:
+        spread += body.directions.T @ np.diag(body.spread) @ body.directions
     return MassProperties(float(mass), centre, np.trace(spread) * np.eye(3) - spread)

@@ -41,7 +41,7 @@ class NodalLoad:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        put(self, node=integer("load: node", self.node), history=_history(self.history))
+        put(self, node=integer("load: node", self.node), history=history_of(self.history))
         put(self, force=vector(f"load at node {self.node}: force", self.force, "N"))
 
 
@@ -59,7 +59,7 @@ class NodalMoment:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        put(self, node=integer("load: node", self.node), history=_history(self.history))
+        put(self, node=integer("load: node", self.node), history=history_of(self.history))
         put(self, moment=vector(f"load at node {self.node}: moment", self.moment, "N m"))
 
 
@@ -76,7 +76,7 @@ class Pressure:
 
     def __post_init__(self):
         put(self, pressure=number("pressure", self.pressure, "Pa"),
-            history=_history(self.history))
+            history=history_of(self.history))
         if self.elements is not None:
             put(self, elements=distinct("pressure: elements", self.elements))
 
@@ -92,7 +92,7 @@ class Gravity:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        put(self, history=_history(self.history), acceleration=vector(
+        put(self, history=history_of(self.history), acceleration=vector(
             "gravity: acceleration", self.acceleration, "m/s^2"))
 
 
@@ -111,7 +111,7 @@ class Centrifugal:
     history: FunctionOfTime = CONSTANT
 
     def __post_init__(self):
-        put(self, history=_history(self.history),
+        put(self, history=history_of(self.history),
             omega=vector("centrifugal: omega", self.omega, "rad/s"),
             about=vector("centrifugal: about", self.about, "m"))
 
@@ -145,7 +145,7 @@ class Support:
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
         put(self, nodes=distinct("support: nodes", self.nodes), components=components,
             displacement=number("support: displacement", self.displacement, "m"),
-            history=_history(self.history), axes=_axes(self.axes))
+            history=history_of(self.history), axes=_axes(self.axes))
         if self.displacement != 0.0 and not set(components) <= set("xyz"):
             raise InputError("support: a displacement can be prescribed to x, y and z only, not "
                              f"to {', '.join(components)}")
@@ -188,8 +188,8 @@ class Drive:
     turning: FunctionOfTime = None
 
     def __post_init__(self):
-        put(self, nodes=distinct("drive: nodes", self.nodes), history=_history(self.history))
-        put(self, turning=_history(self.history if self.turning is None else self.turning))
+        put(self, nodes=distinct("drive: nodes", self.nodes), history=history_of(self.history))
+        put(self, turning=history_of(self.history if self.turning is None else self.turning))
         for name, unit in (("translation", "m"), ("rotation", "rad"), ("about", "m")):
             put(self, **{name: vector(f"drive: {name}", getattr(self, name), unit)})
 
@@ -275,7 +275,8 @@ def _axes(axes):
     return tuple(map(tuple, (left @ right).tolist()))
 
 
-def _history(history):
+def history_of(history):
+    """A ``FunctionOfTime``."""
     if not isinstance(history, FunctionOfTime):
         raise InputError("history must be a TimeFunction, Steps, Harmonic or Expression, is "
                          f"{shown(history)}")

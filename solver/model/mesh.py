@@ -67,7 +67,8 @@ def node_at(nodes: Nodes, point: Vector):
     """
     distance = np.linalg.norm(nodes - point, axis=1)
     nearest = int(np.argmin(distance))
-    spacing = np.sort(np.linalg.norm(nodes - nodes[nearest], axis=1))[1:2].sum()
+    gaps = np.linalg.norm(nodes - nodes[nearest], axis=1)
+    spacing = gaps[gaps > 0.0].min() if np.any(gaps) else 0.0
     if distance[nearest] > MERGE * spacing + ROUNDING * np.abs(point).max():
         raise InputError(f"no node at {list(map(float, point))}; the nearest, node {nearest}, "
                          f"is at {nodes[nearest].tolist()}")
@@ -141,13 +142,16 @@ def node_numbers(quads, n_nodes):
     return array
 
 
-def check_mesh(nodes, quads):
-    """Raise ``InputError`` for anything that cannot be the mesh of a shell."""
+def check_mesh(nodes, quads, joined=(), free=0):
+    """Raise ``InputError`` for anything that cannot be the mesh of a shell; ``joined``: lists of
+    nodes that may be at one place; ``free``: how many nodes at the end may belong to no element,
+    and be anywhere."""
+    nodes = nodes[:len(nodes) - free]
     few_enough(len(quads))
     check_connectivity(quads)
-    _check_nodes(nodes, quads)
+    _check_nodes(nodes, quads, joined)
     check_shapes(nodes, quads)
-    _check_edges(nodes, quads)
+    _check_edges(nodes, quads, joined)
 
 
 def element_edges(quads):
@@ -162,8 +166,8 @@ def boundary(quads):
     return edges[np.sort(first[uses == 1])]
 
 
-def _check_nodes(nodes, quads):
-    """No free-floating node, no two nodes at one place."""
+def _check_nodes(nodes, quads, joined):
+    """No free-floating node, no two nodes at one place but joined ones."""
     used = np.zeros(len(nodes), dtype=bool)
     used[quads] = True
     if not np.all(used):
@@ -171,15 +175,19 @@ def _check_nodes(nodes, quads):
     size = np.ptp(nodes, axis=0).max()
     if size < TINY:
         raise InputError(f"nodes: the mesh is {size:g} m large, must be {TINY:g} m at least")
-    distance, nearest = cKDTree(nodes).query(nodes, k=2)
-    numbers = np.arange(len(nodes))
-    other = np.where(nearest[:, 0] == numbers, nearest[:, 1], nearest[:, 0])
+    group = np.arange(len(nodes))
+    for members in joined:
+        group[members] = members[0]
     near = _near(nodes, quads)
-    same = np.flatnonzero(distance[:, 1] <= np.maximum(near, near[other]))
+    pairs = cKDTree(nodes).query_pairs(near.max(), output_type="ndarray")
+    pairs = pairs[group[pairs[:, 0]] != group[pairs[:, 1]]]
+    gaps = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
+    same = pairs[gaps <= near[pairs].max(axis=1)]
     if len(same):
-        first, second = sorted((int(same[0]), int(other[same[0]])))
+        first, second = sorted(map(int, same[np.lexsort(same.T[::-1])][0]))
         raise InputError(f"nodes {first} and {second} are at the same place "
-                         f"{nodes[first].tolist()} (corovec.join makes them one)")
+                         f"{nodes[first].tolist()} (corovec.join makes them one, a joint lets the "
+                         "plates turn)")
 
 
 def _near(nodes, quads):
@@ -192,8 +200,9 @@ def _near(nodes, quads):
     return MERGE * size + ROUNDING * np.abs(nodes).max(axis=1)
 
 
-def _check_edges(nodes, quads):
-    """No node on an edge of an element whose node it is not: the edge would open there."""
+def _check_edges(nodes, quads, joined):
+    """No node on an edge of an element whose node it is not, but of one that it is tied to: the
+    edge would open there."""
     edges = element_edges(quads)
     start, along = nodes[edges[:, 0]], nodes[edges[:, 1]] - nodes[edges[:, 0]]
     length, tree = np.linalg.norm(along, axis=1), cKDTree(nodes)
@@ -202,7 +211,8 @@ def _check_edges(nodes, quads):
     crowded = np.flatnonzero(tree.query(middle)[0] < 0.499999 * length)
     for k, found in zip(crowded, tree.query_ball_point(middle[crowded], 0.501 * length[crowded])):
         hanging = np.array(found)[passed(nodes[found], *(found.index(i) for i in edges[k]))]
-        if len(hanging):
+        one = {*edges[k].tolist(), *hanging[:1].tolist()}
+        if len(hanging) and not any(one <= set(members) for members in joined):
             raise InputError(f"node {hanging[0]} lies on the edge of element {k // 4} between its "
                              f"nodes {edges[k, 0]} and {edges[k, 1]} and is none of its nodes: "
                              "divide the element there")
@@ -213,7 +223,7 @@ def passed(nodes, first, last):
     chord = nodes[last] - nodes[first]
     arms, length = nodes - nodes[first], np.linalg.norm(chord)
     along, off = arms @ chord, np.linalg.norm(np.cross(arms, chord), axis=1)
-    on = (off <= HANGING * length**2) & (along > 0.0) & (along < length**2)
+    on = (off <= HANGING * length**2) & (np.abs(along / length**2 - 0.5) < 0.5 - HANGING)
     on[[first, last]] = False
     return np.flatnonzero(on)
 

@@ -100,7 +100,8 @@ class Mesh:
 
     @classmethod
     @checked
-    def read(cls, path: File, merge: Merge = False, reduce: bool = False, all_quads: bool = False):
+    def read(cls, path: File, merge: Merge = False, reduce: bool = False, all_quads: bool = False,
+             apart: bool = False):
         """The mesh in a file, read by meshio, oriented and checked.
 
         ``.msh`` (Gmsh 2.2 and 4.1), ``.inp`` (Abaqus), ``.bdf`` (Nastran), ``.vtu``, ``.vtk``,
@@ -118,6 +119,7 @@ class Mesh:
             all_quads: divides triangles into three quads and, so that all edges fit, each quad into
                 four; new nodes are at the middle of edges and elements, on the facets of a curved
                 surface.
+            apart: nodes may be at one place, of plates that joints will hold together.
 
         Raises:
             InputError: no such file, it cannot be read, or what it holds is no mesh of a shell,
@@ -126,7 +128,7 @@ class Mesh:
         found, notes = mesh_files.read(path, merge, reduce, all_quads)
         try:
             mesh, turned = cls(**found)._oriented()
-            check_mesh(mesh.nodes, mesh.quads)
+            check_mesh(mesh.nodes, mesh.quads, [np.arange(len(mesh.nodes))] if apart else ())
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         if turned:

@@ -31,6 +31,7 @@ from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
 from .attached import ATTACHED, Damping, GroundSpring, add_masses, check_attached
+from .bodies import GROUND, RigidBody, check_bodies, with_bodies
 from .constants import (
     MEMBRANE_FIELDS,
     SHEAR_FIELDS,
@@ -48,7 +49,18 @@ from .directors import (
     vertex_normals,
 )
 from .inertia import mass_properties
+from .joints import (
+    JOINTS,
+    Hinge,
+    check_axes,
+    check_joints,
+    check_velocities,
+    classes_of,
+    names_of,
+    supports_of,
+)
 from .laminates import Section, directions_of, law_of, members_of
+from .linkages import LINKED, Tie, check_linked
 from .loads import (
     COMPONENTS,
     Centrifugal,
@@ -61,8 +73,9 @@ from .loads import (
 )
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
+from .nonconservative import Drag, FollowerForce, UserForce
 
-LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal)
+LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal, FollowerForce, Drag, UserForce)
 
 ALIKE = 1e-9
 """Differences of unit vectors that are none."""
@@ -85,13 +98,19 @@ class Model:
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
-        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s, ``Gravity`` and
-            ``Centrifugal``; see
-            ``model.loads`` for line and surface loads.
+        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s, ``Gravity``, ``Centrifugal``,
+            ``FollowerForce`` s, ``Drag`` and ``UserForce`` s; see ``model.loads`` for line and
+            surface loads.
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
+        joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there,
+            and joints of the scheme exact between bodies, nodes and the ground, see
+            ``model.linkages``.
+            What a support holds of a joined node it holds of those that move with it: ``supports``
+            has that too.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
+        bodies: ``RigidBody`` s, of the scheme exact; their centres are the last of ``nodes``.
         cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
@@ -133,14 +152,23 @@ class Model:
     damping: Damping = None
     sections: tuple = ()
     cyclic: Cyclic = None
+    joints: tuple = ()
+    bodies: tuple = ()
     directors: Directors = field(init=False)
     pairs: Pairs | None = field(init=False, default=None)
 
     def __post_init__(self):
         nodes = floats("nodes", self.nodes, (None, 3))
         quads = node_numbers(self.quads, len(nodes))
-        put(self, nodes=nodes, quads=quads)
-        check_mesh(nodes, quads)
+        put(self, nodes=nodes, quads=quads, joints=_items("joints", self.joints, JOINTS + LINKED),
+            bodies=_items("bodies", self.bodies, (RigidBody,)))
+        check_joints(self.joints, nodes, quads)
+        check_bodies(self.bodies, nodes, quads)
+        for name, joint in zip(names_of(self.joints), self.joints):
+            if isinstance(joint, LINKED):
+                check_linked(name, joint, nodes, [body.name for body in self.bodies], self.joined)
+        tied = [[*joint.nodes, *joint.line] for joint in self.joints if isinstance(joint, Tie)]
+        check_mesh(nodes, quads, self.joined + tied, len(self.bodies))
         put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
@@ -161,9 +189,11 @@ class Model:
         if self.sections and self.membrane != "stress":
             raise InputError(f"sections take the membrane field stress, not {self.membrane}")
         put(self, loads=_items("loads", self.loads, LOADS),
-            supports=_items("supports", self.supports, (Support, Drive)),
+            supports=self._supports(self.supports),
             attached=_items("attached", self.attached, ATTACHED))
         check_attached(self.attached, len(nodes), self.directors.first)
+        check_axes(self.joints, nodes, self.directors)
+        check_velocities(self.joints, self.velocity)
         if self.damping is not None:
             instance("damping", self.damping, Damping)
         self._check_loads()
@@ -195,7 +225,9 @@ class Model:
             sections = [replace(instance(f"section of group {shown(group)}", section, Section),
                                 elements=mesh.groups[group].tolist())
                         for group, section in sections.items()]
-        return cls(mesh.nodes, mesh.quads, *values, sections=sections,
+        bodies = _items("bodies", options.get("bodies", ()), (RigidBody,))
+        nodes = np.concatenate([mesh.nodes, *([body.centre] for body in bodies)])
+        return cls(nodes, mesh.quads, *values, sections=sections,
                    **{"normals": mesh.normals, **options})
 
     def _property(self, name):
@@ -221,7 +253,7 @@ class Model:
         """
         made = copy(self)
         put(made, loads=_items("loads", loads, LOADS), elements=self.elements,
-            supports=_items("supports", supports, (Support, Drive)))
+            supports=self._supports(supports))
         for cached in ("_held", "oblique", "kept"):
             vars(made).pop(cached, None)
         made._check_loads()
@@ -229,6 +261,18 @@ class Model:
         if made.pairs:
             made._check_sector()
         return made
+
+    def _supports(self, given):
+        """Supports, checked for their type and where they are, with those that joints imply."""
+        supports = _items("supports", given, (Support, Drive))
+        for k, support in enumerate(supports):
+            existing(f"support {k}: node", support.nodes, len(self.nodes))
+        return supports_of(supports, self.joined)
+
+    @cached_property
+    def joined(self):
+        """Lists of nodes that move together."""
+        return classes_of(self.joints, len(self.nodes))
 
     def __setstate__(self, state):
         """Arrays come writable out of a pickle: read-only again, which is also the type for which
@@ -252,6 +296,7 @@ class Model:
         found = find_directors(self.nodes, self.quads, fold_angle, self.patches)
         if self.cyclic:
             found = self._joined(found)
+        found = with_bodies(found, self.bodies)
         mean = floats("normals", found.normals, found.normals.shape)
         if self.normals is None:
             return found._replace(normals=mean)
@@ -285,6 +330,8 @@ class Model:
         given = floats("normals", self.normals, (len(self.quads), 4, 3))
         total = np.zeros(found.normals.shape)
         np.add.at(total, found.vertices, given)
+        if self.bodies:
+            total[-3 * len(self.bodies):] = found.normals[-3 * len(self.bodies):]
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return total / np.where(length > 0.0, length, 1.0)
 
@@ -357,7 +404,7 @@ class Model:
     @cached_property
     def mass_properties(self):
         """``MassProperties`` of the initial shell."""
-        return mass_properties(self.elements, self.nodes, self.normals)
+        return mass_properties(self.elements, self.nodes, self.normals, self.bodies)
 
     @property
     def mass(self):
@@ -379,7 +426,15 @@ class Model:
         """(n_nodes,) lumped masses [kg]: the sums of the rows of the consistent mass."""
         mass = np.zeros(len(self.nodes))
         np.add.at(mass, self.quads, self.elements.mass.sum(axis=2))
+        for node, own in self.body_masses:
+            mass[node] += own
         return mass
+
+    @property
+    def body_masses(self):
+        """``(node, mass)`` [kg] of every rigid body."""
+        first = len(self.nodes) - len(self.bodies)
+        return [(first + k, body.mass) for k, body in enumerate(self.bodies)]
 
     @property
     def fixed(self):
@@ -432,15 +487,25 @@ class Model:
 
     @property
     def grounded(self):
-        """Whether supports, ground springs or other sectors hold the shell, so that its momenta
-        may change."""
+        """Whether supports, ground springs, joints to the ground or other sectors hold the shell,
+        so that its momenta may change."""
         return bool(self.supports or self.cyclic) or any(
-            isinstance(item, GroundSpring) for item in self.attached)
+            isinstance(item, GroundSpring) for item in self.attached) or any(
+            GROUND in joint.ends for joint in self.linked)
+
+    @property
+    def linked(self):
+        """Joints that take multipliers."""
+        return [joint for joint in self.joints if isinstance(joint, LINKED)]
 
     @property
     def unloaded_at(self):
-        """Time from which no load acts any more [s]; infinity if some load never ends."""
-        return max((load.history.end for load in self.loads), default=0.0)
+        """Time from which no load acts any more and no motor or servo of a hinge moves it [s];
+        infinity if some never ends."""
+        hinges = [joint for joint in self.joints if isinstance(joint, Hinge)]
+        return max((*(load.history.end for load in self.loads),
+                    *(joint.history.end for joint in hinges if joint.torque),
+                    *(joint.turning.settled for joint in hinges if joint.stiffness)), default=0.0)
 
     @cached_property
     def folds(self):
@@ -449,8 +514,9 @@ class Model:
 
     def __repr__(self):
         extent = " x ".join(f"{size:.4g}" for size in np.ptp(self.nodes, axis=0))
+        joints = f"{len(self.joints)} joints, " if self.joints else ""
         return (f"Model({len(self.quads)} elements, {len(self.nodes)} nodes, {len(self.loads)} "
-                f"loads, {len(self.supports)} supports, {extent} m)")
+                f"loads, {len(self.supports)} supports, {joints}{extent} m)")
 
     @property
     def size(self):
@@ -459,7 +525,7 @@ class Model:
 
     def _check_loads(self):
         for k, load in enumerate(self.loads):
-            if isinstance(load, Pressure):
+            if isinstance(load, Pressure | Drag):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
             elif isinstance(load, Gravity | Centrifugal):
                 for number, section in enumerate(self.sections):
@@ -468,13 +534,27 @@ class Model:
                         raise InputError(f"load {k}: {kind} does not know the moment of sections["
                                          f"{number}], whose mass is centred "
                                          f"{section.laminate.arm:g} m above the nodes")
+            elif isinstance(load, UserForce):
+                load.check(self.nodes, self.velocity, self.normals)
             else:
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
+                if isinstance(load, FollowerForce):
+                    self._check_follower(k, load)
+
+    def _check_follower(self, k, load):
+        """A force along the normal of a smooth node, or a vector that turns with a junction."""
+        plates = self.directors.first[load.node + 1] - self.directors.first[load.node]
+        if load.along_normal and plates > 1:
+            raise InputError(f"load {k}: node {load.node} has {plates} directors and no one normal "
+                             "that a force could follow: give the force at the start, three "
+                             "numbers")
+        if not load.along_normal and plates == 1:
+            raise InputError(f"load {k}: node {load.node} is smooth, it does not turn about its "
+                             "normal: give a number, the force along the normal")
 
     def _check_supports(self):
         motions, axes = {}, {}
         for k, support in enumerate(self.supports):
-            existing(f"support {k}: node", support.nodes, len(self.nodes))
             if isinstance(support, Drive):
                 motion = replace(support, nodes=(0,))
             else:
@@ -509,6 +589,11 @@ class Model:
     def _check_sector(self):
         """Initial velocities, and supports that move, are those of a sector."""
         pairs, cyclic = self.pairs, self.cyclic
+        edges = {*pairs.masters, *pairs.slaves}
+        for group in self.joined:
+            if edges.intersection(group):
+                raise InputError(f"cyclic: node {min(edges.intersection(group))} on an edge of the "
+                                 "sector is joined")
         for name, of in (("velocity", None), ("normal_velocity", pairs.directors)):
             if pairs.differ(getattr(self, name), of):
                 raise InputError(f"cyclic: {name} differs on the two edges of the sector")

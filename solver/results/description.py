@@ -114,9 +114,13 @@ class _EnergyProbe(_Strict):
     checksum: str
 
 
+class _JointProbe(_Strict):
+    joint: str
+
+
 class _Dynamics(_Description):
     settings: _Settings
-    probes: dict[str, int | _StressProbe | _EnergyProbe]
+    probes: dict[str, int | _StressProbe | _EnergyProbe | _JointProbe]
     start: str | None
 
 

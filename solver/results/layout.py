@@ -40,7 +40,10 @@ PROBES = {
     "node": {"_u": ("displacement", (3,)), "_v": ("velocity", (3,))},
     "stress": {"_n": ("membrane_force", (3,)), "_m": ("moment", (3,)), "_q": ("shear_force", (2,)),
                "_von_mises": ("von_mises", (3,))},
-    "energy": {"_strain_energy": ("strain_energy", ())}}
+    "energy": {"_strain_energy": ("strain_energy", ())},
+    "joint": {"_angle": ("angle", ()), "_rate": ("rate", ()), "_moment": ("hinge_moment", ()),
+              "_force": ("joint_force", (3,)), "_stored": ("stored", ()), "_work": ("work", ()),
+              "_lost": ("lost", ())}}
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
 

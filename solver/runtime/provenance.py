@@ -44,7 +44,8 @@ def fingerprint(model):
                   model.directors.vertices, model.velocity, model.normal_velocity):
         digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(repr((model.loads, model.supports, model.attached, model.damping, model.cyclic,
-                        model.membrane, model.shear, *model.sections)).encode())
+                        model.membrane, model.shear, *model.sections, *model.joints,
+                        *model.bodies)).encode())
     return digest.hexdigest()
 
 

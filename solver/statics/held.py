@@ -6,13 +6,22 @@ from scipy.sparse.csgraph import connected_components
 
 from ..errors import InputError
 from ..model.attached import GroundSpring, Spring
+from ..model.joints import Hinge
 
 HELD = 1e-9
 """Smallest singular value of what the supports hold of unit motions, the shell's size being 1."""
 
+MOST_TOLD = 3
+"""Parts of a mechanism that a message tells of."""
+
+MOST_PARTS = 200
+"""Parts that joints connect, up to which their motions are looked at together: a mechanism of more
+is found by its pivots."""
+
 
 def check_held(model):
-    """Every connected part of the shell must be held against its six rigid motions."""
+    """Every part of the shell must be held against its six rigid motions, by supports and by joints
+    with others that are."""
     n_nodes, quads, fixed = len(model.nodes), model.quads, model.fixed
     links = coo_array((np.ones(quads.size), (np.repeat(quads[:, 0], 4), quads.ravel())),
                       shape=(n_nodes, n_nodes))
@@ -20,15 +29,72 @@ def check_held(model):
     fixed = fixed | _sprung(model)
     joined = {part[node] for item in model.attached if isinstance(item, Spring)
               and part[item.node] != part[item.other] for node in (item.node, item.other)}
-    for k in set(range(n_parts)) - joined:  # a mechanism on springs is found by its pivots
-        inside = part == k
-        _, sizes, motions = np.linalg.svd(_held_motions(model, fixed, np.flatnonzero(inside)))
-        free = motions[np.count_nonzero(sizes > HELD):]
-        if len(free):
-            which = "the shell" if n_parts == 1 else f"the part with node {np.argmax(inside)}"
-            motions = "1 rigid motion" if len(free) == 1 else f"{len(free)} rigid motions"
-            raise InputError(f"the supports leave {motions} of {which} free, {_told(free)}: hold "
-                             "it by a Support, as in supports=[Support(nodes, components)]")
+    for group in _groups(model, part, n_parts):
+        # a mechanism on springs is found by its pivots
+        if not joined.intersection(group) and len(group) <= MOST_PARTS:
+            _check_group(model, fixed, part, group)
+
+
+def _groups(model, part, n_parts):
+    """Arrays of parts that joints connect."""
+    pairs = np.concatenate([np.zeros((0, 2), dtype=int),
+                            *(part[joint.tied] for joint in model.joints)])
+    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(n_parts, n_parts))
+    n_groups, group = connected_components(links, directed=False)
+    return [np.flatnonzero(group == k) for k in range(n_groups)]
+
+
+def _check_group(model, fixed, part, group):
+    """Parts that joints connect, or a single one."""
+    column = {k: slice(6 * n, 6 * n + 6) for n, k in enumerate(group.tolist())}
+    nodes = {k: np.flatnonzero(part == k) for k in column}
+    centres = {k: model.nodes[inside].mean(axis=0) for k, inside in nodes.items()}
+    rows = [np.zeros((0, 6 * len(group)))]
+    for k, inside in nodes.items():
+        held = _held_motions(model, fixed, inside, centres[k])
+        rows.append(np.zeros((len(held), 6 * len(group))))
+        rows[-1][:, column[k]] = held
+    for joint in model.joints:
+        if len(joint.tied) and part[joint.tied[0, 0]] in column:
+            rows.append(_joined_motions(model, joint, part, column, centres))
+    _, sizes, motions = np.linalg.svd(np.concatenate(rows))
+    free = motions[np.count_nonzero(sizes > HELD):]
+    if not len(free):
+        return
+    counted = "1 rigid motion" if len(free) == 1 else f"{len(free)} rigid motions"
+    if len(group) == 1:
+        which = "the shell" if part.max() == 0 else f"the part with node {nodes[group[0]][0]}"
+        raise InputError(f"the supports leave {counted} of {which} free, {_told(free)}: hold "
+                         "it by a Support, as in supports=[Support(nodes, components)]")
+    moving = []
+    for k, at in column.items():
+        _, sizes, own = np.linalg.svd(free[:, at])
+        if np.any(sizes > HELD):
+            moving.append(f"of the part with node {nodes[k][0]} {_told(own[:sum(sizes > HELD)])}")
+    more = f"; and of {len(moving) - MOST_TOLD} parts more" if len(moving) > MOST_TOLD else ""
+    raise InputError(f"supports and joints leave {counted} free: {'; '.join(moving[:MOST_TOLD])}"
+                     f"{more}: hold them by a Support, or a Hinge by its stiffness")
+
+
+def _joined_motions(model, joint, part, column, centres):
+    """What a joint holds of the motions of its parts: shared places, and of a hinge with a spring
+    that about its axis."""
+    def motion(i):
+        found = np.zeros((3, 6 * len(column)))
+        k = part[i]
+        found[:, column[k]] = np.column_stack(
+            [np.eye(3), -_spin((model.nodes[i] - centres[k]) / model.size)])
+        return found
+
+    rows = [motion(one) - motion(other) for one, other in joint.tied]
+    if isinstance(joint, Hinge) and joint.stiffness > 0.0:
+        one, other = (column[part[i]] for i in joint.tied[0])
+        axis = model.nodes[joint.nodes[-1]] - model.nodes[joint.nodes[0]]
+        row = np.zeros((1, 6 * len(column)))
+        row[0, other][3:] += axis / np.linalg.norm(axis)
+        row[0, one][3:] -= axis / np.linalg.norm(axis)
+        rows.append(row)
+    return np.concatenate(rows)
 
 
 def _sprung(model):
@@ -60,10 +126,10 @@ def _directions(vectors):
     return ", ".join(f"({', '.join(f'{c:g}' for c in vector)})" for vector in rounded)
 
 
-def _held_motions(model, fixed, nodes):
-    """What the six rigid motions do to the held components of some nodes, (n_held, 6); at a
-    junction to those of all its normals."""
-    first, centre = model.directors.first, model.nodes[nodes].mean(axis=0)
+def _held_motions(model, fixed, nodes, centre):
+    """What the six rigid motions about a centre do to the held components of some nodes,
+    (n_held, 6); at a junction to those of all its normals."""
+    first = model.directors.first
     rows, axes = [np.zeros((0, 6))], np.eye(3)
 
     def motion(i):

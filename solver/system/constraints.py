@@ -1,4 +1,4 @@
-"""Linear constraints of increments, ``dU = T dU_free``: oblique supports, edges of a sector.
+"""Linear constraints of increments, ``dU = T dU_free``: oblique supports, sectors, joints.
 
 T is constant: rotational variables are components along axes that the support keeps
 (``Model.kept``), and those of the one edge of a sector along the axes of the other, turned
@@ -14,16 +14,18 @@ ZERO = 1e-15
 
 
 class Constraints:
-    """What supports with axes of their own, and the edges of a sector, leave free.
+    """What supports with axes of their own, the edges of a sector and joints leave free.
 
     Attributes:
         T: (n_dof, n_free) sparse.
-        nodes: those that it does not leave to themselves.
+        nodes: those with such a support, or on such an edge.
+        holds: whether there are any.
     """
 
     def __init__(self, model, numbering, fixed):
         """``fixed``: (n_dof,) bool, unknowns that are held each by itself."""
-        self.nodes, self._pairs = np.array(sorted(model.oblique)), model.pairs
+        self.nodes, self._pairs = np.array(sorted(model.oblique), dtype=np.int64), model.pairs
+        self.holds = len(self.nodes) > 0
         if self._pairs:
             self._variables = [np.concatenate([_variables(numbering, i) for i in side])
                                for side in (self._pairs.masters, self._pairs.slaves)]
@@ -47,7 +49,9 @@ class Constraints:
 
 def constraints(model, numbering, fixed):
     """``Constraints`` of a model; None where every unknown is held or free by itself."""
-    return Constraints(model, numbering, fixed) if model.oblique else None
+    if model.oblique or model.joined:
+        return Constraints(model, numbering, fixed)
+    return None
 
 
 def _blocks(model, numbering, fixed):
@@ -56,7 +60,11 @@ def _blocks(model, numbering, fixed):
     if model.pairs:
         R = model.pairs.rotation
         slave_of = dict(zip(model.pairs.masters, model.pairs.slaves))
-    for i in model.oblique.keys() - slave_of.values():
+    joined = {i for group in model.joined for i in group}
+    for group in model.joined:
+        dofs, N = start[group][:, None] + np.arange(3), free_of_group(model, start, fixed, group)
+        yield dofs.ravel(), np.sqrt(1.0 / len(group)) * np.tile(N, (len(group), 1))
+    for i in model.oblique.keys() - slave_of.values() - joined:
         N, dofs = _complement(model.oblique[i][0]), start[i] + np.arange(3)
         if i not in slave_of:
             yield dofs, N
@@ -66,6 +74,12 @@ def _blocks(model, numbering, fixed):
         turning = np.stack([_variables(numbering, i), _variables(numbering, s)])
         turning = turning[:, ~fixed[turning[0]]]
         yield turning.ravel(), np.sqrt(0.5) * np.tile(np.eye(turning.shape[1]), (2, 1))
+
+
+def free_of_group(model, start, fixed, group):
+    """(3, f) orthonormal directions that supports leave free of nodes that move together."""
+    held = np.eye(3)[fixed[start[group[0]] + np.arange(3)]]
+    return _complement(model.oblique.get(group[0], (held,))[0])
 
 
 def _columns(blocks, fixed):

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..kernels import nodes, updates
 from ..kernels.arguments import DONE, Nodes
 from ..kernels.calls import Call
+from ..model.joints import places_of
 from .constraints import constraints
 from .failure import NotConverged
 from .state import blank_state
@@ -76,7 +77,7 @@ class Charts:
 
     def blank_state(self, model):
         """A state of zeros."""
-        return blank_state(model.nodes, self._numbering.n_dof)
+        return blank_state(model.nodes, self._numbering.n_dof, n_hinges=places_of(model.joints))
 
     def _set_rotations(self, model, state, p, rates):
         """Charts, variables and their rates of the normals p with these rates."""

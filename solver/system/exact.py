@@ -6,6 +6,8 @@ from ..kernels import exact
 from ..kernels.arguments import spin_work
 from ..kernels.calls import Call
 from ..model.attached import GroundSpring, Spring
+from ..model.bodies import spreads
+from .multipliers import Multipliers
 from .rounding import EPS
 from .spins import Spins
 from .system import System
@@ -13,6 +15,10 @@ from .system import System
 ROUNDED = 8.0
 """Times the rounding error of a force's parts that a residual may be which is rounding error alone
 (measured: 1 to 3)."""
+
+
+FIRST = 1e-3
+"""Length of a step [s] of which the rates of drives at its start are asked for."""
 
 
 class ExactSystem(System):
@@ -31,12 +37,14 @@ class ExactSystem(System):
         rotary[:, np.arange(4), np.arange(4)] = lumped
         self.elements = elements._replace(rotary=rotary)
         inertia = np.bincount(elements.directors.ravel(), lumped.ravel(), len(model.normals))
+        inertia += spreads(model.bodies, len(model.normals))
         return Spins(model, self.numbering, inertia)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
         self._stiffness, self._stiff_forces = self._stiffnesses()
+        self.linked = Multipliers(self)
 
     def _stiffnesses(self):
         """(n_dof,) sums of ``E h`` at displacements and ``E h a`` at rotational variables, a the
@@ -72,9 +80,12 @@ class ExactSystem(System):
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
-    def initial_state(self, start=None):
+    def initial_state(self, start=None, accelerations=False):
         """State at t = 0; accelerations take no part."""
-        return self.start(start)
+        state = self.start(start)
+        if self.linked:
+            self.linked.check_rates(state, self.loads(0.0, 0.0, FIRST).driven)
+        return state
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
         return self._step(

@@ -15,7 +15,9 @@ from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
 from ..model.loads import Centrifugal, Gravity, NodalLoad, NodalMoment, Pressure
 from ..model.mesh import boundary
+from ..model.nonconservative import FollowerForce
 from ..names import listed
+from .nonconservative import DragForces, FollowerForces, UserForces
 from .state import State
 
 
@@ -199,15 +201,22 @@ class Applied(NamedTuple):
     Attributes:
         dead: ``arguments.Loads``.
         items: what each item has at that time.
+        motors: (n,) moments of motors at each place of a joint [N m].
+        slacks: (n,) angles at which springs of joints are slack at the end of the step [rad].
+        driven: ``multipliers.Rates`` of drives, None where there are no multipliers.
     """
 
     dead: Loads
     items: tuple
+    motors: np.ndarray
+    slacks: np.ndarray
+    driven: object = None
 
 
 def items(model, exact=False):
     """Items of the loads of a model, those that act on any cell; ``exact``: of the exact scheme."""
-    found = FollowerPressure(model, exact), NormalCouples(model), CentrifugalForces(model)
+    found = (FollowerPressure(model, exact), NormalCouples(model), CentrifugalForces(model),
+             FollowerForces(model), DragForces(model), UserForces(model))
     return [item for item in found if len(item.cells)]
 
 
@@ -224,6 +233,8 @@ def _held(load, fixed):
     """Whether a load acts on components only that supports fix, (n_nodes, 6)."""
     if isinstance(load, NodalLoad):
         return any(load.force) and not np.any(np.array(load.force)[~fixed[load.node, :3]])
+    if isinstance(load, FollowerForce):
+        return np.any(load.force) and fixed[load.node, :3].all()
     return isinstance(load, NodalMoment) and any(load.moment) and fixed[load.node].all()
 
 

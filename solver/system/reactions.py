@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .constraints import free_of_group
+
 
 class Reactions(NamedTuple):
     """Forces and moments of the supports, or their impulses; sums are zero in equilibrium.
@@ -84,9 +86,11 @@ def no_reactions(n_nodes):
 
 
 class Supported:
-    """Where supports act; takes their reactions from the residual of an iterate.
+    """Where supports act; takes their reactions from the residual of an iterate, and the forces of
+    joints.
 
     Attributes:
+        joined: (n,) nodes that move with others.
         directors: (n,) normals of the nodes with a held normal.
     """
 
@@ -108,6 +112,9 @@ class Supported:
         # node is clamped; see ``loads.NormalCouples``
         self._shared = self._nodes[(counts == 1) & ~model.fixed[self._nodes].all(axis=1)]
         self._shared_directors = directors.first[self._shared]
+        self.joined = np.array([i for group in model.joined for i in group], dtype=np.int64)
+        free = [free_of_group(model, numbering.start, fixed, group) for group in model.joined]
+        self._free = np.array([N @ N.T for group, N in zip(model.joined, free) for _ in group])
 
     def reactions(self, residual, inner, p, x, moments):
         """``Reactions`` at an iterate.
@@ -123,12 +130,22 @@ class Supported:
             moments: (n_nodes, 3) applied ones about fixed axes [N m].
         """
         forces = (residual.balance - residual.unmasked)[self._dofs]
+        forces[self.joined] -= self.of_joints(residual)
         total = np.zeros(self._shape)
         if len(self.directors):
             total[self._nodes] = np.add.reduceat(inner, self._begins) - moments[self._nodes]
             total[self._shared] += along(moments[self._shared], p[self._shared_directors])
         return Reactions(forces, total, forces.sum(axis=0),
                          np.cross(x, forces).sum(axis=0) + total.sum(axis=0))
+
+
+    def of_joints(self, residual):
+        """(n, 3) forces of joints on the nodes ``joined``, along what supports leave free there, of
+        an iterate [N]."""
+        if not len(self.joined):
+            return np.zeros((0, 3))
+        dofs = self._dofs[self.joined]
+        return np.einsum("nij,nj->ni", self._free, (residual.balance - residual.unmasked)[dofs])
 
 
 def along(moments, p):

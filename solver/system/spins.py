@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from ..kernels import spins
 from ..kernels.calls import Call
 from ..kernels.junctions import spin_of
+from ..model.joints import places_of
 from .coordinates import Charts, turned_frames
 from .state import blank_state
 
@@ -16,6 +17,7 @@ class Spins(Charts):
 
     Attributes:
         inertia: (n_directors,) lumped at the normals [kg m^2].
+        initial_frames: (n_nodes, 3, 3) of the initial configuration.
     """
 
     def __init__(self, model, numbering, inertia):
@@ -30,7 +32,7 @@ class Spins(Charts):
         frames[self._smooth] = _frames_along(normals[first[self._smooth]], self.kept[self._smooth])
         if model.pairs:
             frames[model.pairs.slaves] = frames[model.pairs.masters] @ model.pairs.rotation.T
-        self._frames = frames
+        self.initial_frames = frames
         owner = np.repeat(np.arange(len(model.nodes)), np.diff(first))
         self.nodes = self.nodes._replace(body=np.einsum("dij,dj->di", frames[owner], normals))
         self._place, self._advance = Call(spins.place), Call(spins.advance)
@@ -39,12 +41,13 @@ class Spins(Charts):
 
     def blank_state(self, model):
         """A state of zeros."""
-        return blank_state(model.nodes, self._numbering.n_dof, len(model.quads))
+        return blank_state(model.nodes, self._numbering.n_dof, len(model.quads),
+                           places_of(model.joints))
 
     def _set_rotations(self, model, state, p, rates):
         """Frames and spins of the normals p with these rates."""
         first, smooth, at = model.directors.first, self._smooth, self._numbering.start + 3
-        state.chart[:] = turned_frames(self._frames, first, self._normals, p)
+        state.chart[:] = turned_frames(self.initial_frames, first, self._normals, p)
         d = first[smooth]
         if not np.array_equal(p, self._normals):
             state.chart[smooth] = _frames_along(p[d], self.kept[smooth])
@@ -99,7 +102,7 @@ class Spins(Charts):
             p, goal = self.nodes.body[d] @ frame, turn.apply(self._normals[d].copy())
             th = np.cross(p, goal) * (2.0 / (1.0 + p @ goal))
             return np.array([frame[1] @ th, -(frame[0] @ th)])
-        vector = (turn * Rotation.from_matrix(self._frames[i].T)
+        vector = (turn * Rotation.from_matrix(self.initial_frames[i].T)
                   * Rotation.from_matrix(frame)).as_rotvec()
         angle = np.linalg.norm(vector)
         return frame @ (vector * (2.0 * np.tan(0.5 * angle) / angle if angle > 0.0 else 1.0))

@@ -27,12 +27,14 @@ class State:
         means: (2, n_nodes, 3) mean velocities of the last two parts of adaptive steps [m/s].
         spans: (2,) their lengths [s].
         part: length of the part that comes next [s]; zero: not known.
+        hinges: (n, 3) of every place of a hinge with a moment, see ``kernels.hinges``.
     """
 
     motion: Motion
     lags: np.ndarray
     means: np.ndarray
     spans: np.ndarray
+    hinges: np.ndarray
     external_work: float = 0.0
     support_work: float = 0.0
     dissipated: float = 0.0
@@ -49,12 +51,12 @@ class State:
 
     @property
     def _arrays(self):
-        return *self.motion, self.lags, self.means, self.spans
+        return *self.motion, self.lags, self.means, self.spans, self.hinges
 
-    def pack(self):
-        """All numbers of the state as one float64 vector."""
+    def pack(self, out=None):
+        """All numbers of the state as one float64 vector, a new one or ``out``."""
         return np.concatenate([*(array.ravel() for array in self._arrays),
-                               [getattr(self, name) for name in TOTALS]])
+                               [getattr(self, name) for name in TOTALS]], out=out)
 
     def unpack(self, packed):
         """Take over the numbers of ``pack``."""
@@ -86,11 +88,12 @@ class Place:
     observed: Observation | None = None
 
 
-def blank_state(nodes, n_dof, n_lags=0):
+def blank_state(nodes, n_dof, n_lags=0, n_hinges=0):
     """Nodes at their initial places, axes along the global ones, everything else zero."""
     return State(Motion(nodes.copy(), np.zeros_like(nodes), np.zeros_like(nodes),
                         np.tile(np.eye(3), (len(nodes), 1, 1)), np.zeros(n_dof), np.zeros(n_dof)),
-                 np.zeros((n_lags, 1)), np.zeros((2, *nodes.shape)), np.zeros(2))
+                 np.zeros((n_lags, 1)), np.zeros((2, *nodes.shape)), np.zeros(2),
+                 np.zeros((n_hinges, 3)))
 
 
 def blank_place(elements, n_directors):

@@ -2,30 +2,38 @@
 
 import numpy as np
 
+from ..errors import InputError
 from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
     MASS_ONLY,
     STATIC,
+    WHOLE,
     Dofs,
     Predicted,
     Residual,
     nodal_work,
 )
 from ..kernels.calls import Call
+from ..kernels.hinges import SLACK
 from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
+from .bodies import Bodies
+from .constrained import constrained
 from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .linear import Constrained, SuperLU, UnsymmetricLU, make_solver, solve_mass
+from .joints import Hinges, JointForces
+from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
+from .threads import Team, shares, whole
+from .turning import Turnings
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
@@ -47,6 +55,10 @@ class System:
         residual: ``arguments.Residual`` of the last iterate.
         all_dead: whether all loads are forces of constant direction.
         damping: ``Viscous``, or None.
+        turnings: ``Turnings``, moments of joints.
+        hinges: ``Hinges`` that have one.
+        bodies: ``Bodies``, rigid ones.
+        linked: ``Multipliers``, None but in the exact scheme.
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
@@ -62,31 +74,41 @@ class System:
 
     exact = False
 
-    def __init__(self, model, solver="auto", follow=True, full_tangent=False):
+    def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
-        where they have one."""
+        where they have one; ``threads``: as many at most assemble and, with RSLAB, solve."""
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
-        self._turning = springs.TurningSprings(model)
+        self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
+        self.hinges = Hinges(model, self.turnings)
+        self.bodies, self.linked = Bodies(model), None
+        if not self.exact and (model.bodies or model.linked):
+            raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
+                             "scheme exact")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
-        cells = [item.cells for item in (*self._items, *self._springs)]
+        folding = [item for item in (self.hinges, self.bodies) if item]
+        cells = [item.cells for item in (*self._items, *self._springs, *folding)]
+        beside = [(group[0], other) for group in model.joined for other in group[1:]]
+        cells += [np.array(beside)] if beside else []  # joined nodes are numbered side by side
         self.numbering = number_dofs((model.quads, *cells), n_rot)
+        self.bodies.number(self.numbering)
         self.coordinates = self._make_coordinates(follow)
         fixed, constraints = self.coordinates.fixed, self.coordinates.constraints
-        self.supported = bool(fixed.any()) or constraints is not None or model.grounded
+        held = bool(fixed.any()) or constraints is not None and constraints.holds
+        self.supported = held or model.grounded
         self.dofs = Dofs(self.coordinates.nodes, fixed, bool(fixed.any()))
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
+        self._joint_forces = JointForces(model, self._supported.joined)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
-        if full_tangent and not self.all_dead:
-            self.solver = UnsymmetricLU(self.numbering)
-        elif constraints:
-            self.solver = SuperLU(self.numbering)
-        else:
-            self.solver = make_solver(solver, self.numbering)
+        unsymmetric = full_tangent and not self.all_dead
         if constraints:
-            self.solver = Constrained(self.solver, constraints.T)
+            self.solver = constrained(self.numbering, constraints.T, unsymmetric)
+        elif unsymmetric:
+            self.solver = UnsymmetricLU(self.numbering)
+        else:
+            self.solver = make_solver(solver, self.numbering, threads)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
@@ -95,11 +117,12 @@ class System:
         self.lengths = np.full(self.numbering.n_dof, model.size)
         self.lengths[self.translations] = 1.0
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
-        self._inner = bool(self._springs or self.damping)
+        self._inner = bool(self._springs or self.damping or self.hinges or self.bodies
+                           or model.linked)
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
-        self._make_kernels()
+        self._make_kernels(threads)
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
@@ -108,9 +131,11 @@ class System:
         """What the unknowns are."""
         return Charts(self.model, self.numbering, follow)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         """What assembles, and its work arrays."""
-        self._step = Call(assembly.step_system)
+        self._step, self._whole = Call(assembly.step_system), whole(self.model)
+        several = shares(self.model, self.numbering, threads)
+        self._team = Team(several) if several else None
         self.nodal = nodal_work(len(self.model.nodes), len(self.model.normals))
 
     def start(self, start=None):
@@ -124,11 +149,15 @@ class System:
             InputError: a supported component has an initial velocity.
         """
         check_acting(self.model)
-        return self.coordinates.initial_state(self.model, start)
+        state = self.coordinates.initial_state(self.model, start)
+        state.hinges[:, SLACK] = self.turnings.slacks(at_time(0.0))
+        return state
 
-    def initial_state(self, start=None):
-        """The same with U_ddot from Eq. (55), for a motion."""
+    def initial_state(self, start=None, accelerations=True):
+        """The same with U_ddot from Eq. (55), for a motion, where they are wanted."""
         state = self.start(start)
+        if not accelerations:
+            return state
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
@@ -136,13 +165,21 @@ class System:
             state.acceleration[:] = self.free(state.acceleration)
         return state
 
-    def loads(self, time):
-        """``Applied`` loads at a time [s]."""
-        return self.loads_by(at_time(time))
+    def loads(self, time, start=None, end=None):
+        """``Applied`` loads at a time [s], of a step from ``start`` to ``end`` [s], that time if
+        left out."""
+        if end is None:
+            return self.loads_by(at_time(time))
+        driven = self.linked and self.linked.driven(
+            *(lambda part, t=t: at_time(t + part * (end - start)) for t in (start, end)),
+            end - start)
+        return self.loads_by(at_time(time), at_time(end), driven)
 
-    def loads_by(self, value):
-        """``Applied`` loads with ``value(history)`` for each function of time."""
-        return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items))
+    def loads_by(self, value, at_end=None, driven=None):
+        """``Applied`` loads with ``value(history)`` for each function of time, of joints' springs
+        ``at_end(history)``."""
+        return Applied(self._dead.at(value), tuple(item.at(value) for item in self._items),
+                       self.turnings.motors(value), self.turnings.slacks(at_end or value), driven)
 
     def work_of_supports(self, delta):
         """Work of the reactions in the increment ``delta`` that was assembled last [J]."""
@@ -180,8 +217,14 @@ class System:
         place.observed = self._observe(
             self.elements, self.nodal_mass, state.motion, self.coordinates.velocity(state),
             place.start)
-        if self._springs:
-            stored = self._turning.energy(place.start.p)
+        if self.bodies:
+            place.observed = self.bodies.observed(place.observed, state, place.start)
+        if self.hinges:
+            self.hinges.follow(state, place.start.p)
+        if self.linked:
+            self.linked.follow(state)
+        if self._springs or self.turnings:
+            stored = self._turning.energy(place.start.p) + self.turnings.energy(state)
             stored += sum(spring.energy(state) for spring in self._springs)
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
@@ -219,6 +262,14 @@ class System:
             if self.damping:
                 self.damping.add_forces(iterate, self.inner_forces if self.floating
                                         else self._ground_forces)
+            if self.hinges:
+                self.hinges.add_forces(self.dofs, iterate, place.start.p, self.nodal.p_end,
+                                       loads.motors, loads.slacks, self.inner_forces)
+            if self.bodies:
+                self.bodies.add_forces(iterate, self.inner_forces)
+            if self.linked:
+                self.linked.add_forces(iterate, loads.driven, loads.slacks, loads.motors,
+                                       self.nodal, self.inner_forces)
             self.inner_forces += self._ground_forces
             dead = dead._replace(forces=dead.forces + self.inner_forces)
             for item, values in zip(self._items, loads.items, strict=True):
@@ -228,19 +279,27 @@ class System:
             raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
-        if tangent and (self._springs or not self.all_dead):
+        if tangent and (self._springs or self.hinges or self.bodies or not self.all_dead):
             self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
         """Residual and matrix of the shell and the dead loads; a node that fails."""
-        return self._step(
+        arguments = (
             self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
             self.solver.storage, tangent, predicted or self._unpredicted, self.solver.values,
             self.residual, self.nodal)
+        if self._team is None:
+            return self._step(*arguments, self._whole, WHOLE)
+        self.residual.applied[:] = dead.forces
+        if tangent:
+            self.solver.values[:] = 0.0
+        lost = self._team.run(lambda share, part: self._step(*arguments, share, part))
+        self.residual.balance[:] = np.where(self.dofs.fixed, 0.0, self.residual.unmasked)
+        return lost
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
-        if self._items:
+        if self._items or self.hinges or self.linked:
             self.coordinates.advance(state, place.start, step, delta, self.nodal)
         return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 
@@ -259,6 +318,9 @@ class System:
         found = self._supported.reactions(
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
+        if self.linked:
+            force, moment = self.linked.ground()
+            found = found._replace(force=found.force + force, moment=found.moment + moment)
         if not self._inner:
             return found
         forces = self._ground_forces[self.translations]
@@ -267,6 +329,21 @@ class System:
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def joints(self):
+        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
+        """
+        found = np.zeros((len(self.model.joints), 4))
+        found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
+        if self.hinges:
+            n = len(self.hinges.moments)
+            found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
+        if self.linked:
+            found[:, 3] += self.linked.about_axes()
+            for number in np.unique(self.linked.owners):
+                found[number, :3] = self.linked.on(number)[0]
+        return found
 
     def _moments_on_normals(self, place, averaged):
         """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that
@@ -284,6 +361,8 @@ class System:
         their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
         are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
+        if self.hinges:
+            change += self.hinges.linear(self.dofs, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size
@@ -320,6 +399,10 @@ class System:
             item.add_matrix(self.dofs, iterate, values, next(storages), solver.values, solver.skew)
         for spring in self._springs:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
+        if self.hinges:
+            self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
+        if self.bodies:
+            self.bodies.add_matrix(self.solver.storage, step, solver.values)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
                                      loads.dead.moments, self.nodal, solver.skew)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
-    from .solver.dynamics.probes import EnergyProbe, StressProbe
+    from .solver.dynamics.probes import EnergyProbe, JointProbe, StressProbe
     from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
     from .solver.dynamics.settings import Newton, Settings
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
         Spring,
         foundation,
     )
+    from .solver.model.bodies import RigidBody
+    from .solver.model.cutting import Cut, cut
     from .solver.model.cyclic import Cyclic
     from .solver.model.directors import orient
     from .solver.model.generators import block, cylinder, sphere, sphere_segment
@@ -47,7 +49,17 @@ if TYPE_CHECKING:
         TimeFunction,
         read_time_function,
     )
+    from .solver.model.joints import Hinge, Spherical
     from .solver.model.laminates import Lamina, Laminate, Ply, Section, Strength
+    from .solver.model.linkages import (
+        Ball,
+        Cylindrical,
+        Prismatic,
+        Revolute,
+        RigidLink,
+        Tie,
+        Universal,
+    )
     from .solver.model.loads import (
         Centrifugal,
         Drive,
@@ -63,6 +75,7 @@ if TYPE_CHECKING:
     )
     from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
+    from .solver.model.nonconservative import Drag, FollowerForce, UserForce
     from .solver.modes.buckling import Buckling, buckling
     from .solver.modes.vibration import Modes, modes
     from .solver.results.frame import data_frame
@@ -77,7 +90,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
-    "dynamics.probes": ("EnergyProbe", "StressProbe"),
+    "dynamics.probes": ("EnergyProbe", "JointProbe", "StressProbe"),
     "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
     "dynamics.settings": ("Newton", "Settings"),
@@ -87,15 +100,21 @@ _WHERE = {
     "input.files": ("read_model",),
     "input.running": ("ModelRun", "run_model"),
     "model.attached": ("Damping", "GroundSpring", "PointMass", "Spring", "foundation"),
+    "model.bodies": ("RigidBody",),
+    "model.cutting": ("Cut", "cut"),
     "model.cyclic": ("Cyclic",),
     "model.directors": ("orient",),
     "model.generators": ("block", "cylinder", "sphere", "sphere_segment"),
     "model.histories": ("Expression", "Harmonic", "Steps", "TimeFunction", "read_time_function"),
+    "model.joints": ("Hinge", "Spherical"),
     "model.laminates": ("Lamina", "Laminate", "Ply", "Section", "Strength"),
+    "model.linkages": ("Ball", "Cylindrical", "Prismatic", "Revolute", "RigidLink", "Tie",
+                       "Universal"),
     "model.loads": ("Centrifugal", "Drive", "Gravity", "NodalLoad", "NodalMoment", "Pressure",
                     "Support", "line_load", "line_moment", "surface_load", "symmetry_plane"),
     "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
+    "model.nonconservative": ("Drag", "FollowerForce", "UserForce"),
     "modes.buckling": ("Buckling", "buckling"),
     "modes.vibration": ("Modes", "modes"),
     "results.frame": ("data_frame",),
@@ -111,17 +130,19 @@ _WHERE = {
 _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() for name in names}
 
 __all__ = [
-    "AccuracyWarning", "Buckling", "Centrifugal", "Configuration", "Cyclic", "Damping", "Drift",
-    "Drive", "EnergyProbe", "Expression", "Gravity", "GroundSpring", "Harmonic", "InputError",
+    "AccuracyWarning", "Ball", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic",
+    "Cylindrical", "Damping", "Drag", "Drift", "Drive", "EnergyProbe", "Expression",
+    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe",
     "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model",
     "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure",
-    "Result", "ResultFileError", "ResultFileWarning", "Scheme", "Section", "Settings", "Spring",
-    "StabilityWarning", "StaticResult", "StaticSettings", "StepError", "Steps", "Strength",
-    "StressProbe", "Stresses", "Support", "TimeFunction", "arc_length", "block", "buckling",
-    "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
-    "line_moment", "load_control", "modes", "orient", "read", "read_model",
-    "read_time_function", "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere",
-    "sphere_segment", "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
+    "Prismatic", "Result", "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody",
+    "RigidLink", "Scheme", "Section", "Settings", "Spherical", "Spring", "StabilityWarning",
+    "StaticResult", "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses",
+    "Support", "Tie", "TimeFunction", "Universal", "UserForce", "arc_length", "block", "buckling",
+    "cut", "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
+    "line_moment", "load_control", "modes", "orient", "read", "read_model", "read_time_function",
+    "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
+    "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
 ]
 
 if not (Path(__file__).parent / "solver").is_dir():  # a checkout: its folders stand at the top

@@ -74,6 +74,13 @@ def table(folder):
                          "history": PUSH, "turning": PUSH},
         corovec.StressProbe: {"at": 0, "axes": (1.0, 0.0, 0.0)},
         corovec.EnergyProbe: {"elements": [0, 1]},
+        corovec.JointProbe: {"joint": "root"},
+        corovec.Hinge: {"nodes": (0, 3), "others": (6, 7), "stiffness": 1.0, "rest": 0.1,
+                         "turning": PUSH, "damping": 0.1, "stops": (-1.0, 1.0),
+                         "stop_stiffness": 1.0, "lock": 0.5, "lock_stiffness": 1.0,
+                         "lock_damping": 0.1, "torque": 1.0, "history": PUSH, "name": "root"},
+        corovec.Spherical: {"nodes": (0, 6), "name": "corner"},
+        corovec.cut: {"mesh": NAMED, "start": (1.0, 0.0, 0.0), "end": (1.0, 1.0, 0.0)},
         corovec.Cyclic: {"sectors": 4, "axis": (0.0, 0.0, 1.0), "about": UP},
         corovec.symmetry_plane: {"nodes": (0, 3), "normal": (1.0, 0.0, 0.0)},
         corovec.Strength: dict.fromkeys(("Xt", "Xc", "Yt", "Yc", "S"), 1.0),
@@ -101,6 +108,10 @@ def table(folder):
                    "history": PUSH, "axes": None},
         Gravity: {"acceleration": UP, "history": PUSH},
         Centrifugal: {"omega": UP, "about": UP, "history": PUSH},
+        corovec.FollowerForce: {"node": 0, "force": 1e-3, "history": PUSH},
+        corovec.Drag: {"coefficient": 1.0, "density": 1.0, "elements": [0, 1], "velocity": UP,
+                       "history": PUSH},
+        corovec.UserForce: {"function": (lambda t, x, v, p: -1e-3 * v), "history": PUSH},
         TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
         corovec.Steps: {"times": (0.0, 1.0), "values": (1.0, 0.0)},
         corovec.Harmonic: {"frequency": 0.5, "amplitude": 1.0, "phase": 0.0, "mean": 0.0},
@@ -112,7 +123,7 @@ def table(folder):
                                 "history": PUSH},
         corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
         simulate: {"model": PLATE, "settings": RUN, **files, "progress": None, "case": None,
-                    "probes": {"tip": 2}, "start": None},
+                    "probes": {"tip": 2}, "start": None, "threads": 1},
         corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files, "progress": None,
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
@@ -130,12 +141,12 @@ def table(folder):
         corovec.read: {"path": path},
         corovec.read_model: {"path": START},
         corovec.run_model: {"definition": load_case("l-plate"), "elements": 30, "settings": RUN,
-                            "progress": None, "membrane": "stress", **files},
+                            "progress": None, "membrane": "stress", "threads": 1, **files},
         Mesh: {"nodes": PLATE.nodes, "quads": PLATE.quads, "groups": {"all": [0, 1]},
                "node_sets": {"start": [0, 3]}, "lines": {"start": [(0, 3)]}, "normals": None},
         NAMED.write: {"path": folder / "plate.msh", "overwrite": True},
         Mesh.read: {"path": folder / "plate.inp", "merge": True, "reduce": True,
-                    "all_quads": True},
+                    "all_quads": True, "apart": True},
         NAMED.named: {"name": "a"},
         NAMED.nodes_at: {"x": 0.0, "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
         NAMED.elements_at: {"x": (0.0, 2.0), "y": (0.0, 1.0), "z": 0.0, "tolerance": 1e-6},
@@ -164,7 +175,8 @@ def used(made):
     """Take what was accepted into a short run."""
     if isinstance(made, Model):
         simulate(made, RUN)
-    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity):
+    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity | corovec.FollowerForce
+                    | corovec.Drag | corovec.UserForce):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
     elif isinstance(made, Centrifugal):
         corovec.load_control(rectangle(2.0, 1.0, (2, 1), loads=[made], supports=[CLAMP]), [1.0])

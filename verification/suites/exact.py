@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from corovec import (
+    Drag,
+    FollowerForce,
     Gravity,
     Newton,
     NodalLoad,
@@ -13,6 +15,7 @@ from corovec import (
     Scheme,
     Settings,
     TimeFunction,
+    UserForce,
     rigid_velocity,
     simulate,
     total_energy,
@@ -67,6 +70,11 @@ def gap(result):
     return np.abs(missed).max() / max(np.abs(values).max() for values in (energy, *works))
 
 
+def swirl(t, x, v, p):
+    """Forces without a potential."""
+    return np.cross((0.0, 0.1, np.cos(t)), x) - 0.02 * np.linalg.norm(v, axis=1, keepdims=True) * v
+
+
 def flying():
     """``{what: (model, dt, end)}`` of free shells under loads."""
     plate, fold, closed = rectangle(2.0, 1.0, (4, 2)), folded(), box((1.0, 0.8, 0.6), 2,
@@ -83,6 +91,9 @@ def flying():
                                0.02, 1.0),
         "pressure on one side": (replace(plate, loads=[Pressure(3.0, None, PULSE), forces[0]]),
                                  0.02, 1.0),
+        "a force that follows, wind, one of a user": (replace(plate, loads=[
+            forces[0], FollowerForce(7, 5.0, PULSE), Drag(1.0, 0.5, velocity=(1.0, 0.0, 3.0)),
+            UserForce(swirl)]), 0.02, 1.0),
         "warped patch": (patch, 0.02, 1.0),
         "fold": (replace(fold, loads=[*small_ones, NodalMoment(6, (1e-3, 2e-3, 3e-3), PULSE)]),
                  0.02, 1.0),
@@ -162,6 +173,39 @@ def run_turns():
                     np.abs(np.linalg.norm(result.directors, axis=1) - 1.0).max(), 1e-14, "rounding")
 
 
+def pendulum(dt, n):
+    """Of a unit mass at p on the unit sphere under a force, by the midpoint rule with a velocity of
+    three components beside the constraint |p| = 1, n steps: the largest |p . w| / |w|, and what is
+    wrong with the energy.
+
+    ``w_1 - w_0 = dt (F - l p_m)``, ``p_1 - p_0 = dt w_m``, ``|p_1| = 1``; s is ``dt^2 l / 4``.
+    """
+    p, w, force = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.5]), np.array([0.0, 0.0, -9.81])
+    states = []
+    for _ in range(n):
+        c = dt * w + 0.5 * dt**2 * force
+        s = (2.0 * p @ c + c @ c) / (4.0 + 2.0 * p @ c)
+        end = (p * (1.0 - s) + c) / (1.0 + s)
+        p, w = end, 2.0 / dt * (end - p) - w
+        states.append((abs(p @ w), np.linalg.norm(w), 0.5 * w @ w - force @ p))
+    across, speeds, energies = np.array(states).T
+    return (across / speeds.max()).max(), np.abs(energies / 0.625 - 1.0).max()
+
+
+def run_rates():
+    """A spin across the normal is all the velocity that it has; with a redundant one what lies
+    along p obeys ``(p . w)_1 = -(p . w)_0 + dt/4 (|w_1|^2 - |w_0|^2)``, undamped."""
+    result = simulate(load_case("l-plate").model(30), Settings(dt=0.05, end_time=4.0, scheme=EXACT))
+    rates = result.director_rates
+    yield small("p . w over the largest |w|, L-plate, steps of 0.05 s",
+                np.abs(np.sum(result.directors * rates, axis=1)).max() / np.abs(rates).max(),
+                1e-15, "rounding")
+    across, energy = pendulum(0.05, 2000)
+    yield small("a pendulum by redundant velocities: energy", energy, 1e-11, ROUNDING)
+    yield at_least("its p . w over the largest |w|", across, 1e-3,
+                   "conserving, it leaves its sphere's tangents")
+
+
 def run_dissipation():
     """Energy and what was lost add up, energy never rises, momenta stay; orders of the loss."""
     L_plate = load_case("l-plate").model(30)
@@ -196,6 +240,8 @@ CASES = (
          "plate 2 x 1 x 0.1 about its normal, 4 rad/s, 0.2 rad a step", run_spin),
     Case("exact-turns", "exact", "no drift in a thousand turns", "own",
          "plate 2 x 1 x 0.1, 2 elements", run_turns, slow=True),
+    Case("exact-rates", "exact", "rates stay across their normals", "own",
+         "L-plate; beside it a pendulum by redundant velocities", run_rates),
     Case("exact-dissipation", "exact", "dissipation that takes energy alone", "own",
          "L-plate; free plate 2 x 1 x 0.1, E = 100", run_dissipation),
 )

@@ -1,0 +1,122 @@
+"""Linear solvers for unknowns that are tied to each other: ``x = T (T^T K T)^-1 T^T r``.
+
+K is assembled in sparse storage.  The entries of the reduced matrix are sums of its entries with
+constant factors, one sparse product.
+"""
+
+import numpy as np
+from scipy.linalg import lapack
+from scipy.sparse import coo_array
+
+from .linear import DIRECT_LIMIT, SuperLU, UnsymmetricLU, diagonal_lu, unsymmetric_lu
+
+
+def constrained(numbering, T, unsymmetric):
+    """The solver for a matrix T (n_dof, n_free), see ``constraints``: a banded one where the
+    reduced matrix is narrow, else SuperLU."""
+    if unsymmetric:
+        return Constrained(UnsymmetricLU(numbering), T)
+    solver = SuperLU(numbering)
+    band = Band(solver, T)
+    if T.shape[1] * float(band.width)**2 < DIRECT_LIMIT:
+        return BandedConstrained(solver, T, band)
+    return Constrained(solver, T)
+
+
+class Constrained:
+    """SuperLU of the reduced matrix."""
+
+    def __init__(self, solver, T):
+        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``T``: see
+        ``constrained``."""
+        self.name = f"{solver.name}, constrained"
+        self._solver, self._T, self._factor = solver, T, None
+        self.storages, self.storage = solver.storages, solver.storage
+        self.values, self.skew = solver.values, solver.skew
+
+    def matrix(self):
+        """The assembled matrix, of all unknowns."""
+        return self._solver.matrix()
+
+    def factor(self):
+        """Factorize the matrix, see ``linear``."""
+        reduced = (self._T.T @ self.matrix() @ self._T).tocsc()
+        if self.skew.size:
+            self._factor = unsymmetric_lu(reduced)
+            return None
+        self._factor, negative = diagonal_lu(reduced)
+        return negative
+
+    def solve(self, rhs):
+        """A new vector (n_dof,), see ``linear``."""
+        return self._T @ self._factor.solve(self._T.T @ rhs)
+
+
+class Band:
+    """The reduced matrix as a band, its unknowns in the order of the first that they stand for.
+
+    Attributes:
+        width: largest distance of an entry from the diagonal.
+        T: (n_dof, n_free) with its columns in that order.
+    """
+
+    def __init__(self, solver, T):
+        full = solver.matrix().copy()
+        full.data[:] = 1.0
+        order = np.argsort(T.tocsc().indices[T.tocsc().indptr[:-1]], kind="stable")
+        self.T = T.tocsr()[:, order]
+        self._values = len(solver.values)
+        full.data[:] = np.arange(full.nnz)
+        self._source = solver.sources
+        self._entries = full.tocoo()
+        rows, columns = self._pairs()[:2]
+        self.width = int(np.max(rows - columns, initial=0))
+
+    def _pairs(self):
+        """Rows and columns of the reduced lower triangle to which entries of K contribute, their
+        factors, and places of these entries in the values."""
+        i, j = self._entries.coords
+        pointer, sizes = self.T.indptr, np.diff(self.T.indptr)
+        counts = sizes[i] * sizes[j]
+        entry = np.repeat(np.arange(len(i)), counts)
+        number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        a = pointer[i[entry]] + number // sizes[j[entry]]
+        b = pointer[j[entry]] + number % sizes[j[entry]]
+        rows, columns = self.T.indices[a], self.T.indices[b]
+        lower = rows >= columns
+        source = self._source[self._entries.data[entry[lower]].astype(np.int64)]
+        return (rows[lower].astype(np.int64), columns[lower].astype(np.int64),
+                (self.T.data[a] * self.T.data[b])[lower], source)
+
+    def sums(self):
+        """(n (width + 1), n_values) what values add to the columns of the band, one after
+        another."""
+        rows, columns, factors, source = self._pairs()
+        places = columns * (self.width + 1) + rows - columns
+        shape = self.T.shape[1] * (self.width + 1), self._values
+        return coo_array((factors, (places, source)), shape=shape).tocsr()
+
+
+class BandedConstrained(Constrained):
+    """LAPACK's banded Cholesky of the reduced matrix; one that is not positive definite goes to
+    SuperLU (measured on 480 elements with a hinge: solves 6 times as fast as SuperLU's)."""
+
+    def __init__(self, solver, T, band):
+        super().__init__(solver, T)
+        self.name = "banded, constrained"
+        self._sums, self._width, self._ordered = band.sums(), band.width, band.T
+        self._transposed = band.T.T.tocsr()
+        self._definite = True
+
+    def factor(self):
+        """Factorize the matrix, see ``linear``."""
+        band = (self._sums @ self.values).reshape(-1, self._width + 1).T
+        self._cholesky, info = lapack.dpbtrf(band, lower=1)
+        self._definite = info == 0
+        return 0 if self._definite else super().factor()
+
+    def solve(self, rhs):
+        """A new vector (n_dof,), see ``linear``."""
+        if not self._definite:
+            return super().solve(rhs)
+        return self._ordered @ lapack.dpbtrs(self._cholesky, self._transposed @ rhs, lower=1)[0]

@@ -1,0 +1,143 @@
+"""Hinges with moments, as an item of the system; the angles of all, and what joints hold."""
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from ..kernels import hinges
+from ..kernels.arguments import DONE
+from ..kernels.calls import Call
+from ..model.joints import shares_of_edge
+from .failure import NotConverged
+from .state import blank_state
+from .turning import follow
+
+
+class Angle:
+    """The angle of a hinge of a model, whether it has a moment or not."""
+
+    def __init__(self, model, hinge):
+        """``hinge``: ``Hinge``."""
+        line, cells = np.array(hinge.nodes), hinge.tied
+        self._edges, self._share = _edges(line), shares_of_edge(model.nodes[line])
+        self._directors = model.directors.first[cells]
+        self._angles, self._found = Call(hinges.angles), np.zeros(len(cells))
+        self._initial = 0.0
+        self._initial = self._measured(blank_state(model.nodes, 0), model.normals).copy()
+
+    def __call__(self, state, p, last):
+        """The mean angle [rad] at a state with normals p, within half a turn of the ``last``."""
+        found = self._measured(state, p)
+        return float(self._share @ (found + 2.0 * np.pi * np.round((last - found)
+                                                                   / (2.0 * np.pi))))
+
+    def _measured(self, state, p):
+        self._angles(self._edges, self._directors, state.motion, p, self._found)
+        return self._found - self._initial
+
+
+class JointForces:
+    """Forces by which each joint holds the first of its plates, of those on joined nodes."""
+
+    def __init__(self, model, joined):
+        """``joined``: nodes in the order of the forces."""
+        at = {node: k for k, node in enumerate(joined.tolist())}
+        group_of = {node: k for k, group in enumerate(model.joined) for node in group}
+        pairs = [[] for _ in model.joined]
+        for number, joint in enumerate(model.joints):
+            for one, other in joint.tied.tolist():
+                pairs[group_of[one]].append((number, one, other))
+        rows, columns, values = [], [], []
+        for group, tied in zip(model.joined, pairs):
+            places = {node: k for k, node in enumerate(group)}
+            A = np.zeros((len(group), len(tied)))
+            for k, (_, one, other) in enumerate(tied):
+                A[places[one], k], A[places[other], k] = 1.0, -1.0
+            # of a loop of joints at one place, the least forces that there are
+            for (number, *_), row in zip(tied, np.linalg.pinv(A)):
+                rows += [number] * len(group)
+                columns += [at[node] for node in group]
+                values += row.tolist()
+        self._of_joints = coo_array((values, (rows, columns)),
+                                    shape=(len(model.joints), len(joined))).tocsr()
+
+    def __call__(self, forces):
+        """(n_joints, 3) of forces (n_joined, 3) on the nodes [N]."""
+        return self._of_joints @ forces
+
+
+class Hinges:
+    """All places, two nodes each, at which a hinge has a moment.
+
+    Attributes:
+        cells: (n, 2) nodes, of ``nodes`` and of ``others``.
+    """
+
+    def __init__(self, model, turnings):
+        """``turnings``: ``Turnings``, whose first places these are."""
+        n = turnings.hinges
+        cells, edges = [], []
+        for number in dict.fromkeys(turnings.joints[:n].tolist()):
+            joint = model.joints[number]
+            cells.extend(joint.tied)
+            edges.extend(_edges(np.array(joint.nodes)))
+        self.cells = np.array(cells, dtype=np.int64).reshape(-1, 2)
+        self._edges = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        self._directors = model.directors.first[self.cells]
+        self._constants = turnings.constants[:n]
+        self._on_rotations, self._found = np.zeros((n, 6)), np.zeros(n)
+        self._add_forces = Call(hinges.add_hinge_forces)
+        self._add_stiffness = Call(hinges.add_hinge_stiffness)
+        self._angles = Call(hinges.angles)
+        self._initial = self._measured(blank_state(model.nodes, 0), model.normals).copy()
+
+    def __bool__(self):
+        return len(self.cells) > 0
+
+    def follow(self, state, p):
+        """Angles of a ``state`` with the normals p."""
+        n = len(self.cells)
+        follow(self._measured(state, p) - self._initial, state.hinges[:n, hinges.ANGLE])
+
+    def add_forces(self, dofs, iterate, start, end, motors, slacks, forces):
+        """Add the forces at an iterate to ``forces`` (n_dof,); ``start`` and ``end``: normals
+        (n_directors, 3) there.
+
+        Raises:
+            NotConverged: plates fold by a right angle or more in the step.
+        """
+        n = len(self.cells)
+        lost = self._add_forces(
+            dofs.nodes, self._edges, self._directors, self.cells, self._constants,
+            iterate.state.hinges[:n], motors[:n], slacks[:n], iterate.state.motion, iterate.delta,
+            iterate.step, start, end, iterate.A1, forces, self._on_rotations)
+        if lost != DONE:
+            raise NotConverged(f"the hinge at node {lost} turns too far")
+
+    def add_matrix(self, dofs, storage, values, skew):
+        """Add their stiffness in the iterate whose forces were added last."""
+        self._add_stiffness(dofs, storage, self.cells, self._on_rotations, values, skew)
+
+    def linear(self, dofs, motion):
+        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from the state
+        whose forces were added last."""
+        at = (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
+        g, change = self._on_rotations[:, :4], np.zeros_like(motion)
+        turned = self._constants[:, hinges.K] * np.sum(g * motion[at], axis=1)
+        np.subtract.at(change, at, turned[:, None] * g)
+        return change
+
+    @property
+    def moments(self):
+        """(n,) that turn the hinges on, motors among them, of the forces that were added last
+        [N m]."""
+        return self._on_rotations[:, 5]
+
+    def _measured(self, state, p):
+        """Angles (n,) of normals, in (-pi, pi]."""
+        self._angles(self._edges, self._directors, state.motion, p, self._found)
+        return self._found
+
+
+def _edges(line):
+    """(n, 2) nodes at both ends of the edge around each node of a line."""
+    return np.stack([np.r_[line[0], line[:-1]], np.r_[line[1:], line[-1]]], axis=1)

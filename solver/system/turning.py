@@ -1,0 +1,105 @@
+"""Moments of springs, servos, dampers, stops, latches and motors in joints, by their angles."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels import hinges
+from ..kernels.calls import Call
+from ..model.joints import Hinge, Turning, shares_of_edge
+
+
+class Turned(NamedTuple):
+    """What joints did in a step.
+
+    Attributes:
+        work: (n,) of their motors and servos at every place [J].
+        lost: (n,) what their dampers took there [J].
+    """
+
+    work: np.ndarray
+    lost: np.ndarray
+
+
+class Turnings:
+    """All places at which joints have moments: the nodes of the edges of hinges, each with a share
+    of its edge, then other joints.
+
+    Attributes:
+        joints: (n,) number of the joint of each place.
+        hinges: how many belong to hinges, the first ones.
+    """
+
+    def __init__(self, model):
+        numbers = {kind: [k for k, joint in enumerate(model.joints) if isinstance(joint, Turning)
+                          and joint.places and isinstance(joint, Hinge) == kind]
+                   for kind in (True, False)}
+        shares = [shares_of_edge(model.nodes[list(model.joints[k].nodes)]) for k in numbers[True]]
+        self._given = model.joints
+        self.joints = np.array([*(k for k, share in zip(numbers[True], shares) for _ in share),
+                                *numbers[False]], dtype=np.int64)
+        self.hinges = sum(map(len, shares))
+        self._shares = np.concatenate([*shares, np.ones(len(numbers[False]))])
+        self.constants = np.array([_constants(model.joints[k], share) for k, share in zip(
+            self.joints, self._shares)]).reshape(-1, 9)
+        self._energy = Call(hinges.energy)
+
+    def __bool__(self):
+        return len(self.joints) > 0
+
+    def motors(self, value):
+        """Moments (n,) of motors [N m] with ``value(history)`` for each function of time."""
+        return self._shares * self._each(lambda joint: joint.torque and (
+            joint.torque * value(joint.history)))
+
+    def slacks(self, value):
+        """Angles (n,) at which springs are slack [rad], the same."""
+        return self._each(lambda joint: joint.rest and joint.rest * value(joint.turning))
+
+    def _each(self, of):
+        values = {number: of(self._given[number]) for number in np.unique(self.joints).tolist()}
+        return np.array([values[number] for number in self.joints.tolist()], dtype=float)
+
+    def latch(self, state):
+        """Latches hold from where their joint has been at their angle."""
+        lock, angle = self.constants[:, hinges.LOCK], state.hinges[:, hinges.ANGLE]
+        state.hinges[np.sign(lock) * angle >= np.abs(lock), hinges.LOCKED] = 1.0
+
+    def energy(self, state):
+        """Energy of springs, stops and latches [J]."""
+        return self._energy(self.constants, state.hinges)
+
+    def turned(self, before, state, motors, dt):
+        """``Turned`` in a step of length dt [s] between two states."""
+        k, slack = self.constants[:, hinges.K], hinges.SLACK
+        change = state.hinges[:, hinges.ANGLE] - before.hinges[:, hinges.ANGLE]
+        moved = state.hinges[:, slack] - before.hinges[:, slack]
+        pull = 0.5 * k * (state.hinges[:, hinges.ANGLE] + before.hinges[:, hinges.ANGLE]
+                          - state.hinges[:, slack] - before.hinges[:, slack])
+        damping = (self.constants[:, hinges.DAMPING]
+                   + before.hinges[:, hinges.LOCKED] * self.constants[:, hinges.LOCK_DAMPING])
+        return Turned(motors * change - pull * moved, damping * change**2 / dt)
+
+    def by_joint(self, values):
+        """Sums (n_joints,) of values (n,) at places."""
+        return np.bincount(self.joints, values, len(self._given))
+
+    def energy_of(self, number, state):
+        """Energy of springs, stops and latches of the joint ``number`` [J]."""
+        at = self.joints == number
+        return self._energy(self.constants[at], state.hinges[at])
+
+
+def follow(angles, last):
+    """Move the angles ``last`` (n,) to others [rad], each within half a turn."""
+    last[:] = angles + 2.0 * np.pi * np.round((last - angles) / (2.0 * np.pi))
+
+
+def _constants(joint, share):
+    """The constants of one place of a joint, to which a ``share`` of it belongs."""
+    least, most = joint.stops or (-math.inf, math.inf)
+    lock = math.inf if joint.lock is None else joint.lock
+    return [share * joint.stiffness, joint.rest, share * joint.damping, least, most,
+            share * joint.stop_stiffness, lock, share * joint.lock_stiffness,
+            share * joint.lock_damping]

@@ -1,0 +1,166 @@
+"""Joints in model files: where the mesh is opened, what the tables become, mistakes, pictures."""
+
+import json
+
+import numpy as np
+import pytest
+
+from corovec import Hinge, InputError, JointProbe, Mesh, Spherical, TimeFunction, block, join
+from corovec.solver.input.files import read_model
+from corovec.verification.helpers import corovec, in_process
+
+PANELS = """
+name = "panels"
+parameters = { thickness = 0.02, youngs = 2e8, poisson = 0.3, density = 1000.0 }
+[defaults]
+dt = 0.02
+end_time = 0.2
+[[geometry.blocks]]
+corners = [[0, 0, 0], [4, 0, 0], [4, 1, 0], [0, 1, 0]]
+divisions = [4, 1]
+[[geometry.blocks]]
+corners = [[4, 1, 0], [6, 1, 0], [6, 2, 0], [4, 2, 0]]
+divisions = [2, 1]
+[histories]
+opening = { times = [0.0, 1.0], values = [0.0, 1.0] }
+push = { times = [0.0, 0.1, 0.2], values = [0.0, 1.0, 0.0] }
+"""
+HINGE = """
+[[joints]]
+kind = "hinge"
+name = "root"
+line = [[2, 0, 0], [2, 1, 0]]
+stiffness = 3.0
+rest = 1.5
+turning = "opening"
+damping = 0.1
+stops = [-0.1, 3.2]
+stop_stiffness = 500.0
+lock = 1.5
+lock_stiffness = 1e3
+lock_damping = 2.0
+torque = 0.5
+history = "push"
+"""
+CORNER = """
+[[joints]]
+kind = "spherical"
+at = [4, 1, 0]
+"""
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A function that makes the ``ModelFile`` of ``PANELS`` and more text."""
+    def make(text, shell=PANELS):
+        path = tmp_path / "panels.toml"
+        path.write_text(shell + text)
+        return read_model(path)
+    return make
+
+
+def test_tables_become_joints(made):
+    """With all fields, on every refinement; places are open to what else stands in the file."""
+    definition = made(HINGE + CORNER + """
+[[meshes]]
+elements = 6
+refinement = 1
+[[meshes]]
+elements = 24
+refinement = 2
+[[supports]]
+where = { x = 0.0 }
+fix = "clamped"
+[probes]
+root = { joint = "root" }
+corner = { joint = "joint 1" }
+""")
+    for elements, n in ((6, 2), (24, 3)):
+        model = definition.model(elements)
+        hinge, corner = model.joints
+        assert len(hinge.nodes) == n and np.ptp(model.nodes[list(hinge.nodes)], axis=0)[1] == 1.0
+        assert np.array_equal(*(model.nodes[list(side)] for side in (hinge.nodes, hinge.others)))
+        opening, push = (TimeFunction(*points) for points in (
+            ((0.0, 1.0), (0.0, 1.0)), ((0.0, 0.1, 0.2), (0.0, 1.0, 0.0))))
+        assert hinge == Hinge(
+            hinge.nodes, hinge.others, stiffness=3.0, rest=1.5, turning=opening, damping=0.1,
+            stops=(-0.1, 3.2), stop_stiffness=500.0, lock=1.5, lock_stiffness=1e3,
+            lock_damping=2.0, torque=0.5, history=push, name="root")
+        assert corner == Spherical(corner.nodes) and len(corner.nodes) == 2
+        assert np.all(model.nodes[list(corner.nodes)] == (4.0, 1.0, 0.0))
+    assert definition.probes_on(definition.mesh(6)) == {"root": JointProbe("root"),
+                                                        "corner": JointProbe("joint 1")}
+    rows = {row[0]: row[1:3] for row in definition.provenance()}
+    assert rows["joints[0] lock"] == (1.5, "rad")
+
+
+def test_a_mesh_of_a_file_that_is_open(made, tmp_path):
+    """Nodes of their own stay as they are."""
+    plates = [block([(x, 0, 0), (x + 2, 0, 0), (x + 2, 1, 0), (x, 1, 0)], (2, 1)) for x in (0, 2)]
+    n = len(plates[0].nodes)
+    Mesh(np.concatenate([plate.nodes for plate in plates]),
+         np.concatenate([plates[0].quads, plates[1].quads + n])).write(tmp_path / "two.inp")
+    shell = PANELS[:PANELS.index("[[geometry")] + (
+        '[geometry]\nfile = "two.inp"\n')
+    hinge = HINGE.replace('turning = "opening"\n', "").replace('history = "push"\n', "")
+    with pytest.raises(InputError, match="geometry.file: .*nodes 2 and 6 are at the same place"):
+        made(hinge, shell)
+    model = made(hinge, shell + "apart = true\n").model(4)
+    assert len(model.nodes) == 2 * n
+    assert {node < n for node in model.joints[0].nodes} == {True}
+    assert {node >= n for node in model.joints[0].others} == {True}
+
+
+def test_a_run_has_what_joints_do(made, tmp_path):
+    """Checked, drawn and run by the command line: the picture has the hinge, the summary its name,
+    the history its columns."""
+    text = HINGE + CORNER + '[probes]\nroot = { joint = "root" }\n'
+    path = tmp_path / "panels.toml"
+    path.write_text(PANELS + text)
+    told = json.loads(in_process("check", str(path), "--output", str(tmp_path / "a.svg"),
+                                 "--json").stdout)
+    assert told["joints"] == {"root": "hinge", "joint 1": "spherical"}
+    assert told["probes"] == {"root": "joint root"}
+    rows = (tmp_path / "a.csv").read_text()
+    assert "hinge" in rows and "spherical joint" in rows
+    output = tmp_path / "run.h5"
+    done = corovec("run", str(path), "--scheme", "exact", "--output", str(output))
+    assert done.returncode == 0, done.stderr
+    plot = corovec("plot", str(output), "--output", str(tmp_path / "plots"))
+    assert plot.returncode == 0, plot.stderr
+    table = (tmp_path / "plots" / "run-probes.csv").read_text().splitlines()[0].split(",")
+    assert {"root_angle", "root_rate", "root_moment", "root_force_x", "root_stored", "root_work",
+            "root_lost"} <= set(table)
+
+
+@pytest.mark.parametrize(("text", "told"), [
+    (HINGE.replace("[2, 1, 0]]", "[3, 1, 0]]"), r"joints\[0\]: no mesh line from"),
+    (HINGE.replace("[[2, 0, 0], [2, 1, 0]]", "[[0, 0, 0], [0, 1, 0]]"),
+     r"joints\[0\]: cut: the edge between nodes 0 and 5 needs one element on either side"),
+    (HINGE + HINGE, r"joints\[1\].name: root is that of joints\[0\] as well"),
+    (HINGE.replace("stop_stiffness = 500.0\n", ""),
+     r"joints\[0\]: hinge root: stop_stiffness must be positive"),
+    (HINGE.replace("lock = 1.5", "lock = 0.0"), r"joints\[0\]: hinge root: lock must not be the"),
+    (HINGE.replace('"opening"', '"closing"'),
+     r"joints\[0\].turning: 'closing' is not among opening, push"),
+    (HINGE.replace("line", "at"), r"joints\[0\].at"),
+    (HINGE.replace("line = [[2, 0, 0], [2, 1, 0]]", "at = [4, 1, 0]"),
+     r"joints\[0\]: a hinge has a line, a spherical joint an at"),
+    (CORNER + "damping = 1.0\n", r"joints\[0\]: damping: a spherical joint has no moment"),
+    (CORNER.replace("[4, 1, 0]", "[0, 0, 0]"), r"joints\[0\]: one plate only is at"),
+    (HINGE + CORNER
+     + '[[drives]]\nat = [2, 0, 0]\ntranslation = [0, 0, 1]\nhistory = "push"\n',
+     "a Drive moves node 2, which is joined"),
+    (CORNER + '[probes]\na = { joint = "tip" }\n',
+     "probes.a: joint 'tip' is unknown, must be one")])
+def test_mistakes(made, text, told):
+    with pytest.raises(InputError, match=told):
+        made(text)
+
+
+def test_plates_that_are_joined_in_blocks_stay_whole_elsewhere(made):
+    """Nodes are made where joints are."""
+    mesh = made(HINGE + CORNER).mesh(6)
+    whole = join([block([(0, 0, 0), (4, 0, 0), (4, 1, 0), (0, 1, 0)], (4, 1)),
+                  block([(4, 1, 0), (6, 1, 0), (6, 2, 0), (4, 2, 0)], (2, 1))])
+    assert len(mesh.nodes) == len(whole.nodes) + 3

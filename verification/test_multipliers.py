@@ -1,0 +1,342 @@
+"""Rigid bodies and joints with multipliers: what they conserve, what they hold, against motions of
+rigid bodies integrated otherwise, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from corovec import (
+    Ball,
+    Cylindrical,
+    Expression,
+    Gravity,
+    InputError,
+    Mesh,
+    Model,
+    NodalLoad,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    RigidLink,
+    Scheme,
+    Settings,
+    Tie,
+    TimeFunction,
+    Universal,
+    block,
+    rigid_velocity,
+    simulate,
+    total_energy,
+)
+from corovec.solver.dynamics.newton import StepRecord
+from corovec.solver.dynamics.settings import Newton
+from corovec.solver.dynamics.stepping import Stepper
+from corovec.solver.system.exact import ExactSystem
+from corovec.solver.system.multipliers import Multipliers
+from corovec.verification.suites.exact import EXACT
+
+PULSE = TimeFunction((0.0, 0.25, 0.5), (0.0, 1.0, 0.0))
+AXIS = (1.0, 0.3, 0.2)
+GAP = 1e-11
+
+
+def plate(x, n=4):
+    """A plate 3 m x 1 m, from x on."""
+    return block(np.array([[x, -.5, 0], [x + 3, -.5, 0], [x + 3, .5, 0], [x, .5, 0]]), (n, 2))
+
+
+def wings(joints=(), bodies=None, loads=True, **options):
+    """Two plates, each carried at its inner edge by a body."""
+    right, left = plate(0.5), plate(-3.5)
+    mesh = Mesh(np.r_[right.nodes, left.nodes], np.r_[right.quads, left.quads + len(right.nodes)])
+    edges = [np.flatnonzero(np.abs(mesh.nodes[:, 0] - x) < 1e-9).tolist() for x in (0.5, -0.5)]
+    if bodies is None:
+        bodies = [RigidBody("a", 20.0, (2.0, 3.0, 4.0), (0.3, 0.0, 0.0), edges[0]),
+                  RigidBody("b", 30.0, (3.0, 3.5, 4.0), (-0.3, 0.0, 0.1), edges[1])]
+    far = [int(np.argmin(np.linalg.norm(mesh.nodes - place, axis=1)))
+           for place in ((3.5, 0.5, 0.0), (-3.5, -0.5, 0.0))]
+    forces = [NodalLoad(far[0], (0, 0, 16.0), PULSE), NodalLoad(far[1], (2.0, 6.0, 10.0), PULSE)]
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, loads=forces if loads else (), joints=joints,
+                    bodies=bodies, **options)
+
+
+KINDS = {
+    "one body": dict(bodies=[RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0, 0.0),
+                                       [0, 5, 10, 19, 24, 29])]),
+    "ball": dict(joints=[Ball("a", "b", (0, 0, 0))]),
+    "revolute": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS)]),
+    "universal": dict(joints=[Universal("a", "b", (0, 0, 0), (1, 0, 0), (0, 1, 0))]),
+    "cylindrical": dict(joints=[Cylindrical("a", "b", (0, 0, 0), AXIS)]),
+    "prismatic": dict(joints=[Prismatic("a", "b", (0, 0, 0), (0, 1, 1))]),
+    "link": dict(joints=[RigidLink("a", "b", (0.3, 0.2, 0), (-0.3, -0.2, 0.1))]),
+    "link of nodes": dict(joints=[RigidLink(0, 19)], bodies=[]),
+    "spring": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stiffness=4.0, rest=1.0)]),
+    "damper": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, damping=1.0)]),
+    "stops": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stops=(-0.02, 0.02),
+                                   stop_stiffness=20.0)]),
+    "motor": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, torque=2.0, history=PULSE)]),
+    "latch": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stiffness=4.0, rest=2.0, lock=0.1,
+                                   lock_stiffness=300.0, lock_damping=0.5)]),
+    "servo": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, stiffness=40.0, rest=1.0,
+                                   turning=Expression("1-cos(t)"))]),
+    "drive": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS, 1.0, Expression("1-cos(t)"))]),
+    "ground": dict(joints=[Revolute("ground", "b", (0, 0, 0), AXIS), Ball("b", "a", (0, 0, 0.2))]),
+    "driven from the ground": dict(joints=[
+        Revolute("ground", "b", (0, 0, 0), AXIS, 1.0, Expression("1-cos(t)")),
+        Ball("a", "b", (0, 0, 0))]),
+}
+KINDS["one body"]["bodies"] = [RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0, 0.0), [
+    int(i) for i in np.flatnonzero(np.abs(np.abs(np.r_[plate(0.5).nodes, plate(-3.5).nodes][:, 0])
+                                          - 0.5) < 1e-9)])]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_energy_and_momenta(kind):
+    """Energy is work to rounding error, and momenta are impulses, with every joint."""
+    model = wings(**KINDS[kind])
+    history = simulate(model, Settings(dt=0.02, end_time=1.5, scheme=EXACT)).history
+    energy = total_energy(history)
+    missed = energy - energy[0] - history["external_work"] + history["dissipated"]
+    assert np.abs(missed).max() < GAP * energy.max()
+    assert history["halvings"].sum() == 0
+    if kind == "damper":
+        assert history["dissipated"][-1] > 1e-4 * energy.max()
+    free = history["time"] > 0.51
+    for name, scale in (("linear_momentum", "momentum_scale"),
+                        ("angular_momentum", "angular_scale")):
+        change = np.abs(history[name][free] - history[name][free][0]).max()
+        if model.grounded:
+            moved = np.diff(history[name], axis=0) / 0.02
+            told = "reaction_moment" if name.startswith("ang") else "reaction"
+            acting = "load_moment" if name.startswith("ang") else "load"
+            off = moved - history[told][1:] - history[acting][1:]
+            assert np.abs(off).max() < 1e-8 * np.abs(moved).max()
+        else:
+            assert change < GAP * history[scale].max()
+
+
+def steps(model, dt, n):
+    """System, and state after each of n steps."""
+    system = ExactSystem(model)
+    stepper, state = Stepper(system, EXACT, Newton()), system.initial_state()
+    place = system.observe(state)
+    for k in range(n):
+        stepper.advance(state, place, k * dt, dt, StepRecord())
+        yield system, state
+
+
+def missed(system, state):
+    """Constraints and their rates, each relative to its parts."""
+    linked = system.linked
+    linked.begin(state)
+    one, other = linked._pairs[:linked._m].T
+    u = linked._u[0]
+    off = np.abs(np.sum(u[one] * u[other], axis=1) - linked._values) / linked._scale[:linked._m]
+    rates = linked._G_0 @ state.velocity[linked.dofs]
+    return off.max(), np.abs(rates).max() / np.abs(state.velocity[system.translations]).max()
+
+
+@pytest.mark.parametrize("kind", ["one body", "revolute", "prismatic", "link", "ground"])
+def test_constraints_and_rates(kind):
+    worst = np.max([missed(*at) for at in steps(wings(**KINDS[kind]), 0.02, 60)], axis=0)
+    assert worst[0] < 1e-13 and worst[1] < 1e-12
+
+
+def test_rates_need_impulses(monkeypatch):
+    """Without them rates of constraints alternate and grow; energy and momenta would not tell."""
+    def without(self, frames, rates, driven):
+        self._G_1, self._root_1 = self._G_0, self._root
+        return np.zeros(self._hard)
+
+    monkeypatch.setattr(Multipliers, "_rates_end", without)
+    worst = [missed(*at)[1] for at in steps(wings(**KINDS["link"]), 0.02, 60)]
+    assert max(worst) > 1e-5
+
+
+def test_gradients_at_the_end_gain_energy(monkeypatch):
+    """Constraint forces along the gradient at the end of a step do work."""
+    class AtEnd(Multipliers):
+        def _mean_weights(self):
+            self._u[0], self._d[0] = self._u[1], self._d[1]
+            return super()._mean_weights()
+
+    monkeypatch.setattr("corovec.solver.system.exact.Multipliers", AtEnd)
+    history = simulate(wings(**KINDS["link"]), Settings(dt=0.02, end_time=1.0,
+                                                        scheme=EXACT)).history
+    energy = total_energy(history)
+    assert np.abs(energy - history["external_work"]).max() > 1e-6 * energy.max()
+
+
+def test_second_order():
+    """Distance from a run with a small step falls as dt^2."""
+    def tip(dt):
+        *_, (system, state) = steps(wings(**KINDS["revolute"]), dt, round(0.6 / dt))
+        return state.x.copy()
+
+    exact = tip(0.0025)
+    errors = [np.abs(tip(dt) - exact).max() for dt in (0.02, 0.01)]
+    assert 3.0 < errors[0] / errors[1] < 6.0
+
+
+# ------------------------------------------------------------------ rigid bodies
+
+def small():
+    """A plate that has next to no mass, far away."""
+    return block(np.array([[50.0, 0, 0], [51, 0, 0], [51, 1, 0], [50, 1, 0]]), (1, 1))
+
+
+def alone(bodies, joints=(), **options):
+    return Model.of(small(), 1e-3, 1e6, 0.3, 1e-3, bodies=bodies, joints=joints, **options)
+
+
+def test_free_top():
+    """An asymmetric body that tumbles about its middle axis follows Euler's equations."""
+    inertia, spin = np.array([2.0, 3.0, 4.0]), np.array([0.05, 2.0, 0.02])
+    model = alone([RigidBody("top", 5.0, inertia, (0.0, 0.0, 0.0))])
+    velocity = np.zeros((5, 3))
+    velocity[4] = 0.5, 0.0, 0.0
+    rates = np.zeros((7, 3))
+    rates[4:] = np.cross(spin, np.eye(3))
+    model = alone([RigidBody("top", 5.0, inertia, (0.0, 0.0, 0.0))], velocity=velocity,
+                  normal_velocity=rates)
+
+    def euler(t, y):
+        R, w = y[:9].reshape(3, 3), y[9:]
+        return np.r_[np.cross(w @ R, R).ravel(), np.cross(inertia * w, w) / inertia]
+
+    end = 6.0
+    path = solve_ivp(euler, (0.0, end), np.r_[np.eye(3).ravel(), spin], method="DOP853",
+                     rtol=1e-12, atol=1e-12)
+    exact, errors = path.y[:9, -1].reshape(3, 3), []
+    for dt in (0.02, 0.01):
+        result = simulate(model, Settings(dt=dt, end_time=end, scheme=EXACT))
+        errors.append(np.abs(result.directors[4:] - exact).max())
+        np.testing.assert_allclose(result.displacement[4], (0.5 * end, 0.0, 0.0), atol=1e-12)
+    assert errors[1] < 5e-3 and 3.8 < errors[0] / errors[1] < 4.2
+
+
+def double_pendulum(end, lengths=(1.0, 0.8), masses=(2.0, 1.5), inertias=(0.3, 0.2), g=9.81):
+    """Angles against -z of two bodies at the ends of rods, by Lagrange's equations."""
+    (a, b), (m, n), (I, J) = lengths, masses, inertias
+
+    def rates(t, y):
+        p, q, u, w = y
+        c, s = np.cos(p - q), np.sin(p - q)
+        M = np.array([[(m + n) * a**2 + I, n * a * b * c], [n * a * b * c, n * b**2 + J]])
+        f = [-n * a * b * s * w**2 - (m + n) * g * a * np.sin(p),
+             n * a * b * s * u**2 - n * g * b * np.sin(q)]
+        return np.r_[u, w, np.linalg.solve(M, f)]
+
+    path = solve_ivp(rates, (0.0, end), [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0], method="DOP853",
+                     rtol=1e-12, atol=1e-12)
+    return path.y[:2, -1]
+
+
+def test_double_pendulum():
+    """Two bodies on revolute joints fall from a horizontal line as Lagrange's equations say."""
+    bodies = [RigidBody("one", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, 0.0)),
+              RigidBody("two", 1.5, (0.2, 0.2, 0.2), (1.8, 0.0, 0.0))]
+    joints = [Revolute("ground", "one", (0, 0, 0), (0, 1, 0)),
+              Revolute("one", "two", (1.0, 0, 0), (0, 1, 0))]
+    model = alone(bodies, joints, loads=[Gravity((0, 0, -9.81))])
+    p, q = double_pendulum(1.0)
+    exact = np.array([[np.sin(p), 0.0, -np.cos(p)]])
+    exact = np.r_[exact, exact + 0.8 * np.array([[np.sin(q), 0.0, -np.cos(q)]])]
+    errors = []
+    for dt in (0.005, 0.0025):
+        result = simulate(model, Settings(dt=dt, end_time=1.0, scheme=EXACT))
+        errors.append(np.abs(result.displacement[4:] + model.nodes[4:] - exact).max())
+        energy = total_energy(result.history)
+        assert np.abs(energy - energy[0] - result.history["external_work"]).max() < 1e-11 * 30.0
+    assert errors[1] < 1e-4 and 3.8 < errors[0] / errors[1] < 4.2
+
+
+def test_tie():
+    """Plates with edges that do not match move as one plate does."""
+    def tip(model, place):
+        node = int(np.argmin(np.linalg.norm(model.nodes - place, axis=1)))
+        load = NodalLoad(node, (0, 0, 4.0), PULSE)
+        model = Model(model.nodes, model.quads, 0.02, 2e8, 0.3, 1000.0, loads=[load],
+                      joints=model.joints)
+        result = simulate(model, Settings(dt=0.01, end_time=1.0, scheme=EXACT))
+        energy = total_energy(result.history)
+        assert np.abs(energy - result.history["external_work"]).max() < GAP * energy.max()
+        return result.displacement[node]
+
+    def half(x, divisions):
+        return block(np.array([[x, 0, 0], [x + 1, 0, 0], [x + 1, 1, 0], [x, 1, 0]]), divisions)
+
+    one, two = half(0.0, (4, 4)), half(1.0, (4, 3))
+    x = np.r_[one.nodes, two.nodes]
+    on = np.flatnonzero(np.abs(x[:, 0] - 1.0) < 1e-12)
+    line, nodes = on[on < len(one.nodes)], on[on >= len(one.nodes)]
+    tied = Model(x, np.r_[one.quads, two.quads + len(one.nodes)], 0.02, 2e8, 0.3, 1000.0,
+                 joints=[Tie(nodes.tolist(), line.tolist())])
+    whole = block(np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]), (8, 4))
+    whole = Model.of(whole, 0.02, 2e8, 0.3, 1000.0)
+    u, v = tip(tied, (2, 1, 0)), tip(whole, (2, 1, 0))
+    assert np.linalg.norm(u - v) < 0.02 * np.linalg.norm(v)
+
+
+# ------------------------------------------------------------------ refused
+
+@pytest.mark.parametrize("joints, message", [
+    ([Ball("a", "c", (0, 0, 0))], "'c' is no body, must be one of: a, b, ground"),
+    ([Ball("a", "b")], "at is missing"),
+    ([Ball("ground", "ground2", (0, 0, 0))], "'ground2' is no body"),
+    ([Ball("a", 700, (0, 0, 0))], "node 700 does not exist"),
+    ([Ball("a", 2, (0, 0, 0))], "node 2 is at .* the joint at"),
+    ([RigidLink("a", "b", (0, 0, 0), (0, 0, 0))], "both points are at"),
+    ([Ball("a", "b", (0, 0, 0), name="x"), Ball("a", "b", (0, 0, 0.5), name="x")],
+     "two joints are named 'x'"),
+])
+def test_wrong_ends(joints, message):
+    with pytest.raises(InputError, match=message):
+        simulate(wings(joints), Settings(dt=0.02, end_time=0.02, scheme=EXACT))
+
+
+def test_redundant():
+    """Two revolute joints on one axis hold what one does: both are named."""
+    joints = [Revolute("a", "b", (0, 0, 0), (0, 1, 0), name="front"),
+              Revolute("a", "b", (0, 0.4, 0), (0, 1, 0), name="back")]
+    with pytest.raises(InputError, match="back, front: 5 of their constraints follow from the"):
+        ExactSystem(wings(joints))
+
+
+def test_axis_of_a_shell_node():
+    model = wings([Revolute(3, "b", None, (1, 0, 0))], loads=False)
+    with pytest.raises(InputError, match="node 3 of a shell has a normal only"):
+        ExactSystem(model)
+    model = wings([Revolute(3, "b", None, (0, 0, 1), stiffness=1.0)], loads=False)
+    with pytest.raises(InputError, match="does not know turns about its normal"):
+        ExactSystem(model)
+
+
+def test_velocities_that_do_not_fit():
+    model = wings([Ball("a", "b", (0, 0, 0), name="neck")])
+    velocity, rates = rigid_velocity(model, (0, 0, 0), (0, 1.0, 0))
+    ExactSystem(wings([Ball("a", "b", (0, 0, 0))], velocity=velocity,
+                      normal_velocity=rates)).initial_state()
+    velocity = velocity.copy()
+    velocity[-1] += 1.0
+    model = wings([Ball("a", "b", (0, 0, 0), name="neck")], velocity=velocity,
+                  normal_velocity=rates)
+    with pytest.raises(InputError, match="(neck|body b): the initial velocities of what it joins"):
+        ExactSystem(model).initial_state()
+
+
+def test_other_schemes_refuse():
+    with pytest.raises(InputError, match="need the scheme exact"):
+        simulate(wings(), Settings(dt=0.02, end_time=0.02, scheme=Scheme()))
+
+
+@pytest.mark.parametrize("values, message", [
+    (dict(mass=0.0), "mass must be positive"),
+    (dict(inertia=(1.0, 1.0, 3.0)), "belong to no body"),
+    (dict(name="ground"), "can be named 'ground'"),
+    (dict(axes=((1, 0, 0), (1, 1, 0), (0, 0, 1))), "three orthogonal vectors"),
+])
+def test_no_body(values, message):
+    with pytest.raises(InputError, match=message):
+        RigidBody(**{"name": "a", "mass": 1.0, "inertia": (1.0, 1.0, 1.0),
+                     "centre": (0, 0, 0), **values})
