@@ -360,7 +360,7 @@ def test_corrections_by_the_derivative():
     c, weights = rng.normal(size=30), rng.uniform(0.1, 10.0, 30)
     for part_of_A, wanted, most in ((0.01, 1e-2, 3), (1.0, 1e-9, 31)):
         A = np.eye(30) + part_of_A * rng.uniform(-1.0, 1.0, (30, 30)) / 6.0
-        x, products = minimal_residual(lambda v: A @ v, c, weights, wanted, 31)
+        x, products = minimal_residual(A.dot, c, weights, wanted, 31)
         missing = weights * (c - A @ x)
         assert np.linalg.norm(missing) <= 1.01 * wanted * np.linalg.norm(weights * c)
         assert products <= most

@@ -57,7 +57,8 @@ class ExactIteration(Iteration):
 
     As long as a symmetric matrix, kept and turned, serves it gives the corrections.  Where it has
     to be made again and again in a step, they are those of the derivative, found by GMRES with that
-    matrix before it; the next step goes on so unless few products were enough each time.
+    matrix before it; the next step goes on so unless few products were enough each time.  With
+    multipliers the matrix alone gives them.
     """
 
     always_made = True
@@ -117,7 +118,8 @@ class ExactIteration(Iteration):
         if system.linked:
             system.linked.begin(state)
         new = not (rule.keep and kept.serves(problem.step))
-        stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow
+        differs = not system.linked  # multipliers change with every solution
+        stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow and differs
         first = last = 0.0
         slower = 1.0
         own = products = most = 0
@@ -161,7 +163,7 @@ class ExactIteration(Iteration):
             else:
                 new = (not rule.keep or (stale and k == 0)
                        or (k > 1 and kept.too_slow(k, work, floor, left)))
-                slow = new and own >= OWN
+                slow = new and own >= OWN and differs
             last, slower = work, left
 
     def _improved(self, problem, delta, correction, record):
