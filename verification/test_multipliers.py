@@ -8,12 +8,14 @@ from scipy.integrate import solve_ivp
 from corovec import (
     Ball,
     Cylindrical,
+    Damping,
     Expression,
     Gravity,
     InputError,
     Mesh,
     Model,
     NodalLoad,
+    PointMass,
     Prismatic,
     Revolute,
     RigidBody,
@@ -340,3 +342,12 @@ def test_no_body(values, message):
     with pytest.raises(InputError, match=message):
         RigidBody(**{"name": "a", "mass": 1.0, "inertia": (1.0, 1.0, 1.0),
                      "centre": (0, 0, 0), **values})
+
+
+@pytest.mark.parametrize("values, message", [
+    (dict(damping=Damping(mass=1.0)), "mass acts on the shell alone"),
+    (dict(attached=[PointMass(31, 1.0)]), "node 31 is that of a rigid body"),
+])
+def test_what_bodies_do_not_know(values, message):
+    with pytest.raises(InputError, match=message):
+        wings([Ball("a", "b", (0, 0, 0))], **values)
