@@ -78,7 +78,8 @@ OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "Layer
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""
 
 FITS = {
-    *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items")),
+    *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items",
+                                       "joints", "bodies", "RigidBody.nodes")),
     ("progress", "function"), ("until", "function"), ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
                                   "all_quads", "apart", "rising", "switch")), ("probes", "dict"),
@@ -94,9 +95,9 @@ FITS = {
         "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "E1", "E2",
         "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
-    *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
+    *((name, "negative") for name in ("node", "one", "other", "at")),  # only a mesh knows them
 }
-"""Parameters to which something of the table is no junk."""
+"""Parameters, of any function or of one, to which something of the table is no junk."""
 
 
 def public():
@@ -143,4 +144,4 @@ def fits(function, name, kind):
     """Whether something of the table is no junk to a parameter."""
     if kind == "none":
         return inspect.signature(function).parameters[name].default is None
-    return (name, kind) in FITS
+    return not FITS.isdisjoint({(name, kind), (f"{function.__name__}.{name}", kind)})
