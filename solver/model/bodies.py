@@ -93,7 +93,7 @@ def check_bodies(bodies, nodes, quads):
                              "nodes are those of bodies; Model.of adds them)")
         for node in body.nodes:
             if node in carried:
-                raise InputError(f"node {node} is carried by {carried[node]} and {body.name}")
+                raise InputError(f"body {body.name}: {carried[node]} carries node {node} as well")
             carried[node] = body.name
     if bodies and quads.max() >= first:
         raise InputError(f"bodies: the last {len(bodies)} nodes are theirs, elements have node "
