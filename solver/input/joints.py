@@ -139,8 +139,8 @@ class JointOf(Strict):
     def _one_place(self):
         given = self.model_fields_set - {"kind", "name"}
         if self.kind in LINKED:
-            needed = ((*NEEDED.get(self.kind, ()),) if self.kind == "tie"
-                      else ("one", "other", *NEEDED.get(self.kind, ())))
+            ends = () if self.kind == "tie" else ("one", "other")
+            needed = (*ends, *NEEDED.get(self.kind, ()))
             missing = [name for name in needed if getattr(self, name) is None]
             if missing:
                 raise ValueError(f"{', '.join(missing)}: missing, a {self.kind} joint needs "
