@@ -25,6 +25,7 @@ from corovec import (
     Universal,
     block,
     join,
+    read,
     simulate,
 )
 from corovec.solver.input.files import read_model
@@ -305,3 +306,20 @@ def test_a_tie_of_a_mesh_of_a_file(made, tmp_path):
 def test_mistakes_of_bodies(made, text, told):
     with pytest.raises(InputError, match=told):
         made(text, WING)
+
+
+def test_a_run_with_a_body(made, tmp_path):
+    """Drawn with its arms, told by its mass; the result file has its frames and can be plotted."""
+    path = tmp_path / "wing.toml"
+    path.write_text(WING + ROOT + '[probes]\nroot = { joint = "root" }\n')
+    told = json.loads(in_process("check", str(path), "--output", str(tmp_path / "a.svg"),
+                                 "--json").stdout)
+    assert told["joints"] == {"root": "revolute"} and told["bodies"] == {"hub": "20 kg, 3 nodes"}
+    rows = [line.split(",")[0] for line in (tmp_path / "a.csv").read_text().splitlines()]
+    assert rows.count("arm") == 6 and rows.count("body") == 1
+    output = tmp_path / "run.h5"
+    done = corovec("run", str(path), "--scheme", "exact", "--output", str(output))
+    assert done.returncode == 0, done.stderr
+    assert read(output)["nodal_von_mises"].shape[1:] == (16, 3)
+    plot = corovec("plot", str(output), "--output", str(tmp_path / "plots"))
+    assert plot.returncode == 0, plot.stderr
