@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 from corovec.solver.input.places import elements_of
 from corovec.solver.model.constants import local_frames
 from corovec.solver.model.histories import CONSTANT, FunctionOfTime
-from corovec.solver.model.loads import Drive, Gravity, NodalLoad, NodalMoment
+from corovec.solver.model.loads import Centrifugal, Drive, Gravity, NodalLoad, NodalMoment
+from corovec.solver.model.nonconservative import Drag, FollowerForce, UserForce
 
 from .space import ARROW, HEADS
 from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION
@@ -104,18 +105,22 @@ class Drawn(NamedTuple):
 
 
 def of_model(model):
-    """``Drawn`` s of a model, those of one kind with one function of time together."""
+    """``Drawn`` s of a model, those of one kind with one function of time together; nothing of
+    forces of the user and of a medium at rest."""
     found = {}
     for load in getattr(model, "loads", ()):
+        if isinstance(load, UserForce) or isinstance(load, Drag) and not any(load.velocity):
+            continue
         found.setdefault((type(load), load.history), []).append(load)
     histories = list(dict.fromkeys(history for _, history in found))
     names = [f"f{k}" for k in range(1, len(histories) + 1)] if len(histories) > 1 else ["f"]
     names = dict(zip(histories, names))
     drawn = []
-    for (_, history), loads in found.items():
+    for (kind, history), loads in found.items():
         parts = [_acting(model, load) for load in loads]
         at, vectors, normals = (np.concatenate(part) for part in list(zip(*parts))[:3])
-        drawn.append(Drawn("", at, vectors * peak(history), parts[0][3], names[history], history,
+        largest = 1.0 if kind is Drag else peak(history)  # the function is that of its force
+        drawn.append(Drawn("", at, vectors * largest, parts[0][3], names[history], history,
                            f"{names[history]}(t) [–]", normals=normals if len(normals) else None))
     return drawn
 
@@ -128,9 +133,21 @@ def _acting(model, load):
         return [model.nodes[load.node]], [load.force], [], "N"
     if isinstance(load, NodalMoment):
         return [model.nodes[load.node]], [load.moment], [], "N m"
+    if isinstance(load, FollowerForce):
+        return [model.nodes[load.node]], [_following(model, load)], [], "N"
+    if isinstance(load, Centrifugal):
+        return [load.about], [load.omega], [], "rad/s"
     quads = model.quads if load.elements is None else model.quads[list(load.elements)]
     at, normals = middle(model.nodes[quads])
+    if isinstance(load, Drag):
+        return at, np.tile(load.velocity, (len(at), 1)), [], "m/s"
     return at, load.pressure * normals, normals, "Pa"
+
+
+def _following(model, load):
+    """(3,) a ``FollowerForce`` at the start."""
+    first = model.directors.first
+    return load.vector(model.normals[first[load.node]:first[load.node + 1]])
 
 
 def middle(corners):
@@ -143,12 +160,18 @@ def of_case(model, case):
     drawn, mesh = [], case.mesh(len(model.quads))
     end = case.dynamic.end_time if case.dynamic else 1.0
     for load in case.loads:
+        if load.kind == "drag" and not (load.velocity and any(load.velocity.value)):
+            continue
         definition = case.histories.get(load.history)
         history = definition.function() if definition else CONSTANT
-        unit = definition and (definition.peak.unit if definition.peak else definition.unit)
+        label = definition and (definition.peak.unit if definition.peak else definition.unit)
         at, vectors, normals = _given(model, mesh, load)
-        drawn.append(Drawn(load.name, at, vectors * peak(history, end), load.unit, load.history,
-                           history, f"{load.history}(t) [{unit or '–'}]",
+        if load.kind == "drag":  # the function is that of its force
+            unit, largest = "m/s", 1.0
+        else:
+            unit, largest = load.unit, peak(history, end)
+        drawn.append(Drawn(load.name, at, vectors * largest, unit, load.history,
+                           history, f"{load.history}(t) [{label or '–'}]",
                            bool(load.line or load.curve), normals))
     return drawn
 
@@ -160,12 +183,18 @@ def _given(model, mesh, load):
         at = model.centre[None]
     elif load.kind == "centrifugal":
         at = np.array([load.about.value if load.about else (0.0, 0.0, 0.0)])
+    elif load.kind == "drag":
+        value = load.velocity.value
+        at, _ = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
     elif load.kind == "pressure" or load.surface:
         at, normals = middle(mesh.nodes[mesh.quads[elements_of(mesh, load.surface or "all")]])
         if load.kind == "pressure":
             return at, value * normals, normals
     else:
-        at = mesh.nodes[[one.node for one in load.made(mesh)]]
+        made = load.made(mesh)
+        at = mesh.nodes[[one.node for one in made]]
+        if load.kind == "follower":
+            return at, np.array([_following(model, one) for one in made]), None
     return at, np.tile(value, (len(at), 1)), normals
 
 

@@ -164,6 +164,14 @@ def peers(snapshot):
                   " ".join([*faster, ", ".join(versions) + ".", _measured(table)]))
 
 
+def peer_ratios(snapshot):
+    """How many times faster than the fastest other code, against the size of the mesh."""
+    table = snapshot["peers"]
+    return _table("elements, dt | fastest other code | its CPU time over that of production", [
+        (f"{row['elements']}, {row['dt']:g}", row["fastest"], f"{row['factor']:.2g}")
+        for row in table["speedups"]], _measured(table))
+
+
 def command(entry):
     """Lines that a command without a result file gave, and that command; with ``commit`` unless the
     lines name theirs."""

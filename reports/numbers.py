@@ -29,7 +29,7 @@ COMMAND = "corovec numbers FOLDER"
 MARKED = re.compile(r"(<!-- number: ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 TABLES = {name: getattr(number_tables, name) for name in (
     "energies", "dissipation", "motion", "schemes", "paths", "times", "ratios", "iterations",
-    "exponents", "targets", "peers")}
+    "exponents", "targets", "peers", "peer_ratios")}
 TIMINGS = ("table-2", "table-4", "table-6", "table-8", "iterations", "growth", "targets")
 
 COLUMNS = {

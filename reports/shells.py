@@ -135,7 +135,7 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, joints, what
     each support holds, prescribed displacements and rotations, point masses, springs, bodies and
     the nodes that they carry, elements whose stresses are recorded, and the velocity and spin at
-    the start. Of many arrows a few are drawn, spread over what they act on.
+    the start.  Of many arrows a few are drawn, spread over what they act on.
 
     Args:
         model: ``Model`` of the case.

@@ -7,7 +7,18 @@ from matplotlib.colors import same_color
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.text import Text
 
-from corovec import Gravity, Mesh, Model, NodalMoment, Pressure
+from corovec import (
+    Centrifugal,
+    Drag,
+    FollowerForce,
+    Gravity,
+    Mesh,
+    Model,
+    NodalMoment,
+    Pressure,
+    Steps,
+    UserForce,
+)
 from corovec.reports import arrows
 from corovec.reports.arrows import LOOKS
 from corovec.reports.checking import summary
@@ -198,6 +209,45 @@ def test_loads_of_an_own_model_of_every_kind():
     assert set(loads.index) == {"N m", "Pa", "m/s^2"}
     assert loads.loc["Pa", ["x", "y", "z", "fz"]].tolist() == [1.5, 0.5, 0.0, 3.0]
     assert sum(len(axes.findobj(FancyArrowPatch)) for axes in figure.axes[1:]) == 2 + 1 + 1
+
+
+def test_loads_without_potential_are_drawn(drawn):
+    """A force that follows along the normal, the velocity of a medium, whatever multiplies its
+    force; nothing of a medium at rest and of the user's forces."""
+    plate = rectangle(2.0, 1.0, (2, 1))
+    loads = [FollowerForce(1, -2.0), Drag(1.0, 1.0, [1], (0.0, 0.0, 3.0), Steps((0.0,), (5.0,))),
+             Drag(1.0, 1.0), UserForce(lambda t, x, v, p: 0.0 * x), Centrifugal((0.0, 0.0, 4.0))]
+    model = Model(plate.nodes, plate.quads, **MATERIAL, loads=loads)
+    _, data = mesh_and_loads(model)
+    own = data[data["item"] == "load"].set_index("unit")["fz"].to_dict()
+    assert own == {"N": -2.0, "m/s": 3.0, "rad/s": 4.0}
+    _, data, _ = drawn('''
+[histories]
+five = { times = [0.0], values = [5.0] }
+[[loads]]
+name = "thrust"
+at = [0, 1, 0]
+follower = -2.0
+[[loads]]
+name = "gale"
+surface = "floor"
+drag = 1.0
+density = 1.2
+velocity = [0, 0, 3]
+history = "five"
+[[loads]]
+name = "air"
+drag = 1.0
+density = 1.2
+[defaults]
+dt = 0.01
+end_time = 1.0
+''')
+    loads = data[data["item"] == "load"]
+    assert set(loads["name"]) == {"thrust", "gale"}
+    sizes = {name: set(of[["fx", "fy", "fz"]].abs().max(axis=1).dropna())
+             for name, of in loads.groupby("name")}
+    assert sizes == {"thrust": {2.0}, "gale": {3.0}}
 
 
 def test_names_are_clear_of_one_another(drawn):

@@ -122,8 +122,10 @@ class _Run(click.Command):
 @click.option("--output", type=click.Path(dir_okay=False), help="Result file (HDF5, ParaView).")
 @click.option("--overwrite", is_flag=True, help="Replace the result file if it exists.")
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
+@click.option("--threads", type=int, default=1, show_default=True,
+              help="Threads that assemble and, with RSLAB, solve; results do not depend on it.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
-def run(model, elements, membrane, output, overwrite, resume, as_json, **options):
+def run(model, elements, membrane, output, overwrite, resume, threads, as_json, **options):
     """Simulate a MODEL: the path of a .toml file, or the name of a benchmark.
 
     Options that are left out take the defaults of the model's file, or those shown.
@@ -137,6 +139,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
       corovec run l-plate --elements 30 --solver skyline --json
       corovec run shell.toml --scheme exact --dissipation 0.1 --error 1e-5 --output shell.h5
     """
+    from .checks import count
     from .compilation import warm_up
     from .dynamics.settings import taking_part
     from .input.files import find_model, read_model
@@ -147,6 +150,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
         raise InputError("--resume and --overwrite exclude each other")
     if resume and output is None:
         raise InputError("--resume needs --output, the file to continue")
+    with _in_other_words({"threads": "--threads"}):
+        threads = count("threads", threads)
     if output is not None:
         output = writable_path(output, overwrite or resume, RUN)
     path = find_model(model)
@@ -175,7 +180,8 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
     with _Progress(settings.n_steps, shell.unloaded_at) if settings else nullcontext() as progress:
         try:
             with _in_other_words(words):
-                static, result = steps.run(output, overwrite, resume, progress, case)
+                static, result = steps.run(output, overwrite, resume, progress, case,
+                                           threads)
         except KeyboardInterrupt:
             _fail(f"interrupted; {output} keeps everything up to its last checkpoint, --resume "
                   "continues it" if output else "interrupted", INTERRUPTED)
@@ -189,7 +195,7 @@ def run(model, elements, membrane, output, overwrite, resume, as_json, **options
           "edges": shell.folds._asdict(), "body": body(shell), **taking_part(asdict(settings)),
           "solver": result.solver,
           **_summary(result.history, shell.unloaded_at, result.supported),
-          "output": output and str(output),
+          "output": output and str(output), "memory": result.memory,
           "seconds": {**seconds, "compilation": compile_seconds}}, as_json)
 
 
@@ -218,7 +224,8 @@ def _of_static(result, shell, output):
         "reaction": result.reactions[-1].sum(axis=0).tolist(),
         "reaction_moment": result.reaction_moment[-1].tolist(),
         "balance": result.balance._asdict(),
-        "iterations": int(result.iterations.sum()), "output": output and str(output)}
+        "iterations": int(result.iterations.sum()), "memory": result.memory,
+        "output": output and str(output)}
 
 
 def _settings_options():
@@ -308,7 +315,7 @@ def info(file, as_json):
         "edges": description["edges"], "body": description["body"],
         **settings, "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
-        "frames": len(contents["displacement"]), **outcome,
+        "frames": len(contents["displacement"]), **outcome, "memory": contents["memory"],
         "versions": description["versions"], "machine": description["machine"]}
     show(summary, as_json)
 
@@ -407,7 +414,7 @@ UNITS = {"edges": "deg", "body": "kg, m, kg m^2", "dt": "s", "length": "m", "rea
          "strain_energy": "J", "total_energy": "J", "external_work": "J",
          "support_work": "J", "dissipated": "J",
          "extent": "m", "thickness": "m", "linear_momentum": "kg m/s",
-         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "seconds": "s"}
+         "angular_momentum": "kg m^2/s", "unloaded_at": "s", "memory": "MB", "seconds": "s"}
 
 
 def show(summary, as_json):

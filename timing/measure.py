@@ -51,7 +51,7 @@ CALLS_SECONDS, MAX_CALLS = 0.1, 50
 LONG_CALL = 1.0
 
 SIZES = {"quick": Effort(3, 1, 0.1, 2.0, 10.0, 0.0, 90_000, False),
-         "full": Effort(5, 3, 5.0, 60.0, 300.0, 100.0, 90_000, True)}
+         "full": Effort(5, 3, 5.0, 60.0, 300.0, 100.0, 340_000, True)}
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from corovec import Newton, Settings, simulate, warm_up
@@ -28,6 +29,7 @@ from corovec.benchmarks import load_case
 from corovec.solver.errors import StepError
 from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import isolated
+from corovec.solver.system.numbering import node_pairs
 
 from .measure import load, surroundings
 
@@ -36,8 +38,12 @@ SAMPLES = 200
 """Instants at which energy and momenta of the other codes are taken, at most."""
 
 SIZES = {"quick": ((30,), (0.01, 0.02, 0.05), 2.0),
-         "full": ((30, 120, 480), (0.01, 0.02, 0.05), 20.0)}
+         "full": ((30, 120, 480, 1920, 7680), (0.01, 0.02, 0.05), 20.0)}
 """Meshes, time steps [s] and simulated time [s]."""
+
+STEPS = {1920: 40, 7680: 20}
+"""Steps of large meshes, at most, with the first time step alone: minutes of the slowest code.
+Such runs end before the plate is free, so that of energies nothing is told."""
 
 ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
                "CCX_NPROC_EQUATION_SOLVER": "1"}
@@ -46,21 +52,27 @@ MAX_ITERATIONS = 20
 
 
 def run_ours(elements, dt, end_time, solver):
-    """One of our runs: ``skyline`` (the paper's, full Newton) or ``auto`` (production)."""
+    """One of our runs: ``skyline`` (the paper's, full Newton) or ``auto`` (production).  CPU time
+    is less that of a run of one step, as that of CalculiX."""
     warm_up()
     model, reached = load_case(CASE).model(elements), [0.0]
 
     def keep(step, n_steps, row):
         reached[0] = float(row["time"])
 
-    cpu, wall = time.process_time(), time.perf_counter()
-    try:
-        settings = Settings(dt=dt, end_time=end_time, solver=solver,
+    def run(until):
+        cpu, wall = time.process_time(), time.perf_counter()
+        settings = Settings(dt=dt, end_time=until, solver=solver,
                             newton=Newton("modified" if solver == "auto" else "full"))
         result = simulate(model, settings, progress=keep)
+        return time.process_time() - cpu, time.perf_counter() - wall, result
+
+    base = run(dt)[0]
+    try:
+        cpu, wall, result = run(end_time)
     except StepError:
         return {"survived": False, "reached": reached[0]}
-    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    cpu = max(cpu - base, 0.0)
     history = result.history
     samples = [(row["time"], row["kinetic_energy"], row["strain_energy"], row["linear_momentum"],
                 row["angular_momentum"]) for row in history]
@@ -111,7 +123,8 @@ def run_kratos(elements, dt, end_time, damping):
     solver.AddDofs()
     solver.Initialize()
     solver.Check()
-    flexibilities = _kratos_flexibilities(Kratos, part)
+    free = model.unloaded_at * (1.0 - 1e-12)
+    flexibilities = _kratos_flexibilities(Kratos, part) if end_time >= free else None
     samples, iterations, now, cpu, wall = [], [], 0.0, 0.0, 0.0
     n_steps = round(end_time / dt)
     for step in range(1, n_steps + 1):
@@ -130,7 +143,8 @@ def run_kratos(elements, dt, end_time, damping):
         iterations.append(part.ProcessInfo[Kratos.NL_ITERATION_NUMBER])
         if not converged:
             return _summary((step - 1) * dt, iterations, cpu, wall, samples, model, False)
-        if step % max(1, n_steps // SAMPLES) == 0 or step == n_steps:
+        due = step % max(1, n_steps // SAMPLES) == 0 or step == n_steps
+        if due and step * dt >= free:
             samples.append((step * dt, *_kratos_energies(Kratos, part, flexibilities)))
             if not np.isfinite(samples[-1][1]):
                 return _summary((step - 1) * dt, iterations, cpu, wall, samples[:-1], model, False)
@@ -251,9 +265,8 @@ def _calculix_samples(text, model, dt):
             current = blocks.setdefault(step, {}).setdefault(kind, [])
         elif line.strip():
             current.append(line)
-    mass = np.zeros((len(model.nodes), len(model.nodes)))
-    for quad, m in zip(model.quads, model.elements.mass):
-        mass[np.ix_(quad, quad)] += m
+    rows, columns = node_pairs((model.quads,))
+    mass = csr_array((model.elements.mass.ravel(), (rows, columns)), shape=2 * (len(model.nodes),))
 
     def displacement(step):
         return np.array([line.split()[1:] for line in blocks[step]["displacements"]], dtype=float)
@@ -306,17 +319,22 @@ def programs():
         "CalculiX trapezoidal": (run_calculix, 0.0, ccx, "S4, HHT 0, SPOOLES")}
 
 
-def compare(meshes, dts, end_time, write=lambda rows: None):
-    """Rows of all programs, meshes and time steps; ``write(rows)`` is called after each."""
+def plan(meshes, dts, end_time):
+    """``(elements, dt, end_time)`` of all runs: of large meshes short ones, see ``STEPS``."""
+    return [(elements, dt, min(end_time, STEPS[elements] * dt) if elements in STEPS else end_time)
+            for elements in meshes for dt in (dts[:1] if elements in STEPS else dts)]
+
+
+def compare(runs, write=lambda rows: None):
+    """Rows of all programs and ``runs``, of ``plan``; ``write(rows)`` is called after each."""
     rows = []
-    for elements in meshes:
-        for dt in dts:
-            for name, (run, argument, version, settings) in programs().items():
-                row = {"program": name, "version": version, "settings": settings,
-                       "elements": elements, "dt": dt, "end_time": end_time}
-                rows.append({**row, **(_isolated(run, elements, dt, end_time, argument)
-                                       if version is not None else {"missing": True})})
-                write(rows)
+    for elements, dt, end_time in runs:
+        for name, (run, argument, version, settings) in programs().items():
+            row = {"program": name, "version": version, "settings": settings,
+                   "elements": elements, "dt": dt, "end_time": end_time}
+            rows.append({**row, **(_isolated(run, elements, dt, end_time, argument)
+                                   if version is not None else {"missing": True})})
+            write(rows)
     return rows
 
 
@@ -333,7 +351,7 @@ def speedups(rows):
         if ours and peers:
             fastest = min(peers, key=peers.get)
             result.append({"elements": elements, "dt": dt, "fastest": fastest,
-                           "factor": peers[fastest] / ours, "target": 10.0, "goal": 30.0})
+                           "factor": peers[fastest] / ours, "target": 30.0, "goal": 50.0})
     return result
 
 
@@ -365,7 +383,7 @@ def _calculix_version():
 
 @click.command()
 @click.option("--size", type=click.Choice(list(SIZES)), default="full", show_default=True,
-              help="Minutes, or hours: meshes 30, 120, 480 for 20 s.")
+              help="Minutes, or hours: meshes 30 to 480 for 20 s, 1920 and 7680 for a few steps.")
 @click.option("--elements", type=int, multiple=True, help="Elements of a mesh; may be repeated.")
 @click.option("--dt", type=float, multiple=True, help="Time step [s]; may be repeated.")
 @click.option("--end-time", type=float, help="Simulated time [s].")
@@ -398,7 +416,7 @@ def peers(size, elements, dt, end_time, output, overwrite):
             partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
         click.echo(_line(rows[-1]))
 
-    compare(meshes, dts, seconds, write)
+    compare(plan(meshes, dts, seconds), write)
     for row in report["speedups"]:
         click.echo(f"{row['elements']} elements, dt = {row['dt']:g}: {row['factor']:.1f} times "
                    f"faster than {row['fastest']}")

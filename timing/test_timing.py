@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from corovec import InputError, ResultFileError, Scheme
+from corovec import InputError, ResultFileError, Scheme, modes
 from corovec.benchmarks import load_case
 from corovec.solver.system.failure import SingularMatrix
-from corovec.timing import iterations, measure, peers, targets
+from corovec.timing import iterations, measure, peers, shapes, targets
 from corovec.timing.cli import time
 from corovec.timing.growth import PHASES, exponents, fit_exponent, growth
 from corovec.timing.measure import Calls, Effort, Sample, Stepper, sample
@@ -249,6 +249,15 @@ def test_growth_keeps_the_rounds_of_every_phase():
     assert "call_min [s] call_q1 [s] call_cpu [s] call_q3 [s] call_rounds" in heads
 
 
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_shapes_of_the_growth_study(shape):
+    """Free shells of about the elements wanted, whose first mode takes thirty steps a period."""
+    model, step = shapes.model(shape, 400), shapes.time_step(shape)
+    assert not model.supports and abs(len(model.quads) / 400 - 1.0) < 0.1
+    found = modes(model, 7).frequencies[6]
+    assert 30.0 * step * found == pytest.approx(1.0, rel=0.05)  # of two meshes
+
+
 def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
     """The paper's claim, at a hundred times its step: the rotary inertia alone varies."""
     rows = {row["matrix"]: row for row in iterations.step_iterations((1e-2,))}
@@ -371,6 +380,13 @@ def test_other_program_that_fails(monkeypatch, tmp_path):
     program.write_text("#!/bin/sh\necho out of licences; exit 3\n")
     row = peers._isolated(peers.run_calculix, 30, 0.01, 1.0, 0.0)
     assert not row["survived"] and "ended with status 3: out of licences" in row["error"]
+
+
+def test_runs_of_large_meshes_are_short():
+    """A few steps, with the first time step alone; those of small meshes are as they are wanted."""
+    assert peers.plan((480, 7680), (0.01, 0.05), 20.0) == [
+        (480, 0.01, 20.0), (480, 0.05, 20.0), (7680, 0.01, 0.2)]
+    assert peers.plan((1920,), (0.02,), 0.1) == [(1920, 0.02, 0.1)]
 
 
 def test_speedups_are_against_the_fastest_other_code_that_survived():

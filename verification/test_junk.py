@@ -79,8 +79,9 @@ OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "Layer
 
 FITS = {
     *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items",
-                                       "joints", "bodies", "RigidBody.nodes")),
-    ("progress", "function"), ("until", "function"), ("notify", "function"),
+                                   "joints", "bodies")),
+    ("progress", "function"), ("until", "function"), ("function", "function"),
+    ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
                                   "all_quads", "apart", "rising", "switch")), ("probes", "dict"),
     ("merge", "float"), ("default", "float"), ("default", "negative"), ("angle", "float"),
@@ -92,12 +93,16 @@ FITS = {
     *((name, "float") for name in (
         "thickness", "youngs", "poisson", "density", "fold_angle", "tolerance", "rho_inf", "error",
         "dt", "end_time", "length", "radius", "end", "frequency", "mass", "inertia", "stiffness",
-        "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "E1", "E2",
-        "nu12", "G12", "G13", "G23",
+        "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "coefficient",
+        "E1", "E2", "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
     *((name, "negative") for name in ("node", "one", "other", "at")),  # only a mesh knows them
 }
-"""Parameters, of any function or of one, to which something of the table is no junk."""
+"""Parameters to which something of the table is no junk."""
+
+OWN = {*((corovec.FollowerForce, "force", kind) for kind in ("float", "negative")),
+       (corovec.RigidBody, "nodes", "empty")}
+"""The same of one function, whose namesakes elsewhere are vectors, or not empty."""
 
 
 def public():
@@ -144,4 +149,4 @@ def fits(function, name, kind):
     """Whether something of the table is no junk to a parameter."""
     if kind == "none":
         return inspect.signature(function).parameters[name].default is None
-    return not FITS.isdisjoint({(name, kind), (f"{function.__name__}.{name}", kind)})
+    return (name, kind) in FITS or (function, name, kind) in OWN

@@ -11,7 +11,9 @@ from pydantic import TypeAdapter
 
 from corovec import (
     Cyclic,
+    Drag,
     Expression,
+    FollowerForce,
     Gravity,
     Harmonic,
     InputError,
@@ -32,6 +34,7 @@ from corovec.solver.input import reference
 from corovec.solver.input.acting import KINDS
 from corovec.solver.input.files import read_model
 from corovec.solver.input.running import ReadySteps
+from corovec.solver.model.mesh import node_at
 from corovec.verification.helpers import corovec, in_process
 
 SHELL = """
@@ -78,7 +81,7 @@ def test_the_reference_has_every_key(kind):
 
 def test_reference_and_schema_are_printed():
     text = in_process("schema").stdout
-    assert "[[loads]]: A force, a moment, a pressure, a weight or a spin" in text
+    assert "[[loads]]: A force, a moment, a pressure, a weight, a spin, a drag" in text
     assert re.search(r"gravity +acceleration of everything that has mass \[m/s\^2\]\n +example: "
                      r"\[0.0, 0.0, -9.81\]", text)
     schema = json.loads(in_process("schema", "--json").stdout)
@@ -172,6 +175,41 @@ history = "gust"
     np.testing.assert_allclose(moments, (0, 1 + 4, 0), atol=1e-14)
     assert Pressure(7.0, mesh.groups["right"].tolist()) in loads and Pressure(7.0) in loads
     assert loads[-1] == Gravity((0, 0, -9.81), Expression("2.0 * (sin(t))"))
+
+
+def test_loads_without_potential(made):
+    """Forces that follow nodes, drag on a group and everywhere; where they come from is told."""
+    model = made("""
+[histories]
+gust = { times = [0.0, 0.1], values = [1.0, 2.0] }
+[[loads]]
+name = "jet"
+at = [2, 1, 0]
+follower = { value = -3.0, unit = "N", provenance = "assumed", source = "a guess" }
+history = "gust"
+[[loads]]
+name = "air"
+drag = 1.2
+density = 1.225
+[[loads]]
+name = "gale"
+drag = 2.0
+density = 1.2
+velocity = [10.0, 0.0, 1.0]
+surface = "right"
+history = "gust"
+""")
+    jet, air, gale = model.model(8).loads
+    gust = TimeFunction((0.0, 0.1), (1.0, 2.0))
+    mesh = model.mesh(8)
+    assert jet == FollowerForce(node_at(mesh.nodes, (2.0, 1.0, 0.0)), -3.0, gust)
+    assert air == Drag(1.2, 1.225)
+    assert gale == Drag(2.0, 1.2, mesh.groups["right"].tolist(), (10.0, 0.0, 1.0), gust)
+    rows = model.provenance()
+    assert ("jet", -3.0, "N", "assumed", "a guess") in rows
+    assert ("gale velocity", [10.0, 0.0, 1.0], "m/s", "given", "") in rows
+    with pytest.raises(InputError, match="smooth, it does not turn about its normal"):
+        made("[[loads]]\nname = 'a'\nat = [0, 0, 0]\nfollower = [0, 0, 1]").model(8)
 
 
 def test_what_differs_from_place_to_place(made):
@@ -282,8 +320,16 @@ LOAD = '[[loads]]\nname = "a"\n'
 
 
 @pytest.mark.parametrize("text, message", [
-    (LOAD, "loads[0]: one of force, moment, pressure, gravity, centrifugal is needed, none is "
-     "given"),
+    (LOAD, "loads[0]: one of force, moment, pressure, gravity, centrifugal, follower, drag is "
+     "needed, none is given"),
+    (LOAD + "follower = 1.0", "loads[0]: a follower needs one of: at, nodes"),
+    (LOAD + "at = [0, 0, 0]\nfollower = 'up'", "loads[0].follower: must be a number, is"),
+    (LOAD + "at = [0, 0, 0]\nfollower = [0, 1]", "loads[0].follower: must be a number or three"),
+    (LOAD + "drag = 1.0", "loads[0]: a drag needs the density of the medium"),
+    (LOAD + "drag = -1.0\ndensity = 1.0", "loads[0].drag: must not be negative, is -1"),
+    (LOAD + "pressure = 1.0\ndensity = 1.0", "loads[0]: a pressure has no density"),
+    (LOAD + "gravity = [0, 0, 1]\nvelocity = [0, 0, 1]", "loads[0]: a gravity has no velocity"),
+    (LOAD + "drag = 1.0\ndensity = 1.0\nsurface = 'middle'", "loads[0].surface: group 'middle'"),
     (LOAD + "force = [0, 0, 1]", "loads[0]: a force needs one of: at, line, curve, nodes, surface"),
     (LOAD + "at = [0, 0, 0]\nforce = [0, 0, 1]\npressure = 1", "force and pressure are given"),
     (LOAD + "at = [0, 0, 0]\npressure = 1", "a pressure has no at, it acts on one of: surface"),

@@ -60,6 +60,8 @@ class Result:
         supported: whether the model has supports.
         solver: the linear solver that ran.
         seconds: wall-clock seconds by phase, of this process.
+        memory: most that this process has had at a time until the end of the run [MB], None if
+            unknown.
         settings: ``Settings``.
     """
 
@@ -73,6 +75,7 @@ class Result:
     supported: bool
     solver: str
     seconds: Seconds
+    memory: float | None
     settings: Settings
 
     def __repr__(self):

@@ -75,6 +75,12 @@ class Scheme:
         return self.name != "newmark" and self.rho_inf == 1.0
 
     @cached_property
+    def uses_accelerations(self):
+        """Whether a step depends on U_ddot at its start."""
+        step, end = self.midpoint(1.0), self.end(1.0)
+        return bool(step.acceleration or step.rate_acceleration or end.rate_acceleration)
+
+    @cached_property
     def alpha_m(self):
         """``(2 rho - 1)/(rho + 1)``: inertia is taken at t_{n + 1 - alpha_m}."""
         return 0.0 if self.name == "newmark" else (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)

@@ -17,9 +17,9 @@ from ..results.layout import Sizes
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
 from ..results.stresses import Configuration, configuration
-from ..runtime.memory import ELEMENT, check_memory
+from ..runtime.memory import ELEMENT, check_memory, peak_memory
 from ..runtime.provenance import describe
-from ..signatures import File, checked
+from ..signatures import Count, File, checked
 from ..system.exact import ExactSystem
 from ..system.failure import told
 from ..system.loads import at_time
@@ -40,10 +40,11 @@ LOST_IMPULSE = 0.05
 @checked
 def simulate(model: Model, settings: Settings, *, output: File = None, overwrite: bool = False,
              resume: bool = False, progress: Callable = None, case: str = None,
-             probes: Annotated[dict, probes_of] = None, start: Configuration = None):
+             probes: Annotated[dict, probes_of] = None, start: Configuration = None,
+             threads: Count = 1):
     """Run ``model`` from rest (or its initial velocities, or ``start``) to ``settings.end_time``.
 
-    Linear algebra runs on one thread: faster at these sizes, and bitwise repeatable.
+    Results are the same to the last bit with any number of threads.
 
     Args:
         model: ``Model``.
@@ -58,6 +59,8 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
             ``JointProbe``.
         start: where it starts from: a state of a ``StaticResult``, at rest, or ``Result.state``,
             with its velocities; supports hold what is held where it is.
+        threads: as many at most assemble, where there are some thousand nodes, and, with RSLAB,
+            factorize and solve; the rest of linear algebra runs on one.
 
     Returns:
         ``Result``.
@@ -79,7 +82,7 @@ def simulate(model: Model, settings: Settings, *, output: File = None, overwrite
     start = None if start is None else _start(model, start)
     with threadpool_limits(1), told():
         return _simulate(model, settings, output, overwrite, resume, progress, case, probes,
-                         start)
+                         start, threads)
 
 
 def check_run(model, settings, probes):
@@ -114,10 +117,11 @@ def _start(model, start):
     return found
 
 
-def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start):
+def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
+              threads):
     scheme = settings.scheme
-    system = (ExactSystem(model, settings.solver) if scheme.exact
-              else System(model, settings.solver, scheme.axes == "nodal"))
+    system = (ExactSystem(model, settings.solver, threads=threads) if scheme.exact
+              else System(model, settings.solver, scheme.axes == "nodal", threads=threads))
     stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
@@ -144,7 +148,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
-                  system.solver.name, seconds, settings)
+                  system.solver.name, seconds, peak_memory(), settings)
 
 
 RARELY, LEAST, MOST = 2e6, 25, 200
@@ -173,7 +177,7 @@ class _Run:
         self._system, self._settings, self._probes = system, settings, probes
         self._start = start and (start.displacement, start.directors, start.velocity,
                                  start.director_rates)
-        self.state = system.initial_state(start)
+        self.state = system.initial_state(start, settings.scheme.uses_accelerations)
         system.driven.check(self.state, at_time(0.0))
         system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
         self.place = system.observe(self.state)

@@ -29,13 +29,16 @@ from ..model.loads import (
 )
 from ..model.mesh import node_at
 from ..model.model import rigid_velocity
+from ..model.nonconservative import Drag, FollowerForce
 from .places import Placed, elements_of
 from .values import (
     Beside,
     Count,
     Line,
     Name,
+    NotNegative,
     Number,
+    NumberOrPoint,
     Point,
     Positive,
     Provenance,
@@ -125,12 +128,12 @@ class History(Strict):
                                                 list(zip(self.times, self.values))))
 
 
-KINDS = ("force", "moment", "pressure", "gravity", "centrifugal")
+KINDS = ("force", "moment", "pressure", "gravity", "centrifugal", "follower", "drag")
 """What a load can be."""
 
 
 class Load(Strict):
-    """A force, a moment, a pressure, a weight or a spin, with its place and its function of time.
+    """A force, a moment, a pressure, a weight, a spin, a drag; with its place, function of time.
 
     Attributes:
         name: of the load.
@@ -146,6 +149,12 @@ class Load(Strict):
         gravity: acceleration of everything that has mass [m/s^2].
         centrifugal: angular velocity of a frame that turns, of static steps [rad/s].
         about: a point on its axis [m]; the origin without it.
+        follower: a force that turns with a node: a number along the normal of a smooth one, at a
+            junction that at the start [N].
+        drag: coefficient of the quadratic drag of a medium, along the normals of a surface or
+            everywhere.
+        density: of the medium [kg/m^3].
+        velocity: of the medium [m/s]; at rest without it.
     """
 
     name: Name
@@ -161,6 +170,10 @@ class Load(Strict):
     gravity: Annotated[Sourced[Point], Unit(None)] | None = None
     centrifugal: Annotated[Sourced[Point], Unit(None)] | None = None
     about: in_unit("m", Point) | None = None
+    follower: Annotated[Sourced[NumberOrPoint], Unit(None)] | None = None
+    drag: Annotated[Sourced[NotNegative], Unit(None)] | None = None
+    density: in_unit("kg/m^3", Positive) | None = None
+    velocity: in_unit("m/s", Point) | None = None
 
     @field_validator(*KINDS, mode="before")
     @classmethod
@@ -177,10 +190,13 @@ class Load(Strict):
         if given and given[0] not in allowed:
             raise ValueError(f"a {kind} has no {given[0]}" + (
                 f", it acts on one of: {', '.join(allowed)}" if allowed else ""))
-        if self.about and kind != "centrifugal":
-            raise ValueError(f"a {kind} has no about")
-        if not given and kind in ("force", "moment"):
+        for name, of in (("about", "centrifugal"), ("density", "drag"), ("velocity", "drag")):
+            if getattr(self, name) and kind != of:
+                raise ValueError(f"a {kind} has no {name}")
+        if not given and kind in ("force", "moment", "follower"):
             raise ValueError(f"a {kind} needs one of: {', '.join(allowed)}")
+        if kind == "drag" and not self.density:
+            raise ValueError("a drag needs the density of the medium")
         return self
 
     @property
@@ -216,10 +232,13 @@ class Load(Strict):
         if self.centrifugal:
             about = self.about.value if self.about else (0.0, 0.0, 0.0)
             return [Centrifugal(value, about, function)]
-        if self.pressure:
+        if self.pressure or self.drag:
             everywhere = self.surface in (None, "all")
-            return [Pressure(value, None if everywhere else mesh.groups[self.surface].tolist(),
-                             function)]
+            elements = None if everywhere else mesh.groups[self.surface].tolist()
+            if self.pressure:
+                return [Pressure(value, elements, function)]
+            medium = self.velocity.value if self.velocity else (0.0, 0.0, 0.0)
+            return [Drag(value, self.density.value, elements, medium, function)]
         if self.surface:
             return surface_load(mesh.nodes, mesh.quads[elements_of(mesh, self.surface)], value,
                                 function)
@@ -227,14 +246,14 @@ class Load(Strict):
             way = mesh.line(*self.line.value) if self.line else mesh.chain(self.curve)
             along = line_load if self.force else line_moment
             return along(mesh.nodes, way, value, function)
-        nodal = NodalLoad if self.force else NodalMoment
+        nodal = FollowerForce if self.follower else NodalLoad if self.force else NodalMoment
         nodes = mesh.node_sets[self.nodes] if self.nodes else [node_at(mesh.nodes, self.at.value)]
         return [nodal(int(node), value, function) for node in nodes]
 
 
 PLACES = ("at", "line", "curve", "nodes", "surface")
 PLACES_OF = {"force": PLACES, "moment": ("at", "line", "curve", "nodes"), "pressure": ("surface",),
-             "gravity": (), "centrifugal": ()}
+             "gravity": (), "centrifugal": (), "follower": ("at", "nodes"), "drag": ("surface",)}
 PER = {"at": "", "nodes": "", "line": "/m", "curve": "/m", "surface": "/m^2", None: ""}
 """What a force is given per, by its place."""
 
@@ -247,7 +266,7 @@ def _place_in(data):
 def _unit(kind, place):
     """What a load of a kind at a kind of place is in."""
     return {"force": "N" + PER[place], "moment": "N m" + PER[place], "pressure": "Pa",
-            "gravity": "m/s^2", "centrifugal": "rad/s"}[kind]
+            "gravity": "m/s^2", "centrifugal": "rad/s", "follower": "N", "drag": ""}[kind]
 
 
 class Held(Placed):

@@ -619,6 +619,8 @@ class ModelFile(Strict):
             if load.at or load.line:
                 rows.append((load.name + (" acts at" if load.at else " acts along"),
                              *columns(load.at or load.line)))
+            rows += [(f"{load.name} {name}", *columns(given)) for name in ("density", "velocity")
+                     if (given := getattr(load, name))]
         rows += [(f"{place} {name}", *columns(given)) for place, item in (
             *self._listed(*ATTACHED, "bodies", "joints", "drives"), ("damping", self.damping or ()),
             *((f"probe {name}", probe) for name, probe in self.probes.items()))

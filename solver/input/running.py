@@ -65,7 +65,8 @@ class ReadySteps:
             except InputError as error:
                 raise self._in_file(error) from None
 
-    def run(self, output=None, overwrite=False, resume=False, progress=None, case=""):
+    def run(self, output=None, overwrite=False, resume=False, progress=None, case="",
+            threads=1):
         """``ModelRun``; arguments as of ``run_model``."""
         output = output_path(output, overwrite, resume)
         files = {"overwrite": overwrite, "resume": resume}
@@ -74,7 +75,8 @@ class ReadySteps:
             return ModelRun(static, None)
         return ModelRun(static, simulate(
             self.dynamic, self.settings, output=output, progress=progress, case=case,
-            probes=self._probes, start=static and static.states[-1], **files))
+            probes=self._probes, start=static and static.states[-1], threads=threads,
+            **files))
 
     @property
     def _probes(self):
@@ -104,7 +106,7 @@ class ReadySteps:
 @checked
 def run_model(definition: ModelFile, elements: Count = None, settings: Settings = None,
               progress: Callable = None, *, output: File = None, overwrite: bool = False,
-              resume: bool = False, membrane: str = "stress"):
+              resume: bool = False, membrane: str = "stress", threads: Count = 1):
     """Run the steps of a model file, as ``corovec run`` does.
 
     A motion after a static step starts from its equilibrium, at rest; the points and probes of the
@@ -120,6 +122,7 @@ def run_model(definition: ModelFile, elements: Count = None, settings: Settings 
         overwrite: replace ``output`` if it exists.
         resume: continue ``output`` from its last checkpoint if it exists.
         membrane: assumed membrane field, as of ``Model``.
+        threads: as of ``simulate``, of the motion.
 
     Returns:
         ``ModelRun``.
@@ -131,4 +134,4 @@ def run_model(definition: ModelFile, elements: Count = None, settings: Settings 
         StepError: a step did not converge.
     """
     return ReadySteps(definition, elements, settings, membrane).run(
-        output, overwrite, resume, progress, definition.name)
+        output, overwrite, resume, progress, definition.name, threads)

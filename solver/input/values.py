@@ -9,7 +9,17 @@ from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
-from ..checks import count, names_columns, not_negative, number, positive, text
+from ..checks import (
+    count,
+    names_columns,
+    not_negative,
+    number,
+    positive,
+    shown,
+    single,
+    text,
+    vector,
+)
 from ..errors import InputError
 
 Provenance = Literal["printed", "derived", "assumed", "selected", "calibrated", "given"]
@@ -35,6 +45,16 @@ def within(low, high):
     return Annotated[float, BeforeValidator(check)]
 
 
+def number_or_vector(given):
+    """A number, or three."""
+    if single(given):
+        return number("", given)
+    try:
+        return vector("", given)
+    except InputError:
+        raise InputError(f"must be a number or three, is {shown(given)}") from None
+
+
 # what a check says of a value without a name, its place in the file stands before
 Number = Annotated[float, BeforeValidator(partial(number, ""))]
 Positive = Annotated[float, BeforeValidator(partial(positive, ""))]
@@ -48,6 +68,7 @@ Probe = Annotated[str, BeforeValidator(probe_name)]
 Title = Annotated[str, BeforeValidator(lambda given: given if given == "" else text("", given))]
 Polar = within(0.0, 180.0)
 Point = tuple[Number, Number, Number]
+NumberOrPoint = Annotated[Number | Point, BeforeValidator(number_or_vector)]
 Line = tuple[Point, Point]
 Divisions = tuple[Count, Count]
 T = TypeVar("T")

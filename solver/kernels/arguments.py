@@ -227,6 +227,28 @@ class Residual(NamedTuple):
     applied: np.ndarray
 
 
+WHOLE, BEFORE, ELEMENTS, AFTER = 0, 1, 2, 3
+"""Parts of an assembly: all of it, the nodes before the elements, the elements, the nodes after
+them.  Each takes what the last has left at all nodes."""
+
+
+class Share(NamedTuple):
+    """What one of several threads does of an assembly: some nodes, and of some elements what they
+    add to the nodes that it owns, in the order of all elements.
+
+    Attributes:
+        first: first node of its own before and after the elements.
+        last: behind the last one.
+        groups: (n,) groups of elements, ascending: all that have a node which it owns.
+        owned: (n_nodes,) bool; empty: all nodes.
+    """
+
+    first: int
+    last: int
+    groups: np.ndarray
+    owned: np.ndarray
+
+
 class Storage(NamedTuple):
     """Where the lower triangle of the matrix stands in the values of a linear solver.
 

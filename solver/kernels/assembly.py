@@ -9,10 +9,10 @@ import numpy as np
 from numba import uint64
 
 from . import element
-from .arguments import DONE
+from .arguments import AFTER, BEFORE, DONE, ELEMENTS, WHOLE
 from .jit import internal, kernel
 from .lanes import WIDTH, lanes, new, pair
-from .nodes import advance_nodes, curvature, derivatives, moment_forces, moment_skew
+from .nodes import advance_some, curvature, derivatives, moment_forces, moment_skew
 from .tangent import tangent, tangent_work
 
 
@@ -99,12 +99,38 @@ def gather_strains(t, b, e, first, count, t_, b_, e_):
 
 
 @internal
+def gather_owned(owned, nodes, own):
+    """Which of the vertices a thread owns, ``own`` (WIDTH, 4), see ``arguments.Share``; whether all
+    are."""
+    count = 0
+    for v in range(nodes.shape[0]):
+        for i in range(4):
+            own[v, i] = owned[nodes[v, i]]
+            count += own[v, i]
+    return count == 4 * nodes.shape[0]
+
+
+@internal
 def add_vertices(factor, q_, vertices, total):
     """Add ``factor`` times the vectors ``q_`` (4, 3, WIDTH) of the vertices, element by element."""
     for v in range(vertices.shape[0]):
         for i in range(4):
             for c in range(3):
                 total[vertices[v, i], c] += factor * q_[i, c, v]
+
+
+@internal
+def add_owned(factor, q_, vertices, own, complete, total):
+    """The same to the vertices that are ``own`` (WIDTH, 4), ``complete`` if all are (7 % of the
+    time of forces)."""
+    if complete:
+        add_vertices(factor, q_, vertices, total)
+        return
+    for v in range(vertices.shape[0]):
+        for i in range(4):
+            if own[v, i]:
+                for c in range(3):
+                    total[vertices[v, i], c] += factor * q_[i, c, v]
 
 
 @internal
@@ -193,8 +219,9 @@ def add_rotary(mass_factor, rotary, A, n_rot, ke):
 
 
 @kernel
-def scatter(storage, dofs, nodes, first, v, ke_, values):
-    """Add lane ``v`` of the lower triangle ``ke_`` (24 * 24, WIDTH) to the solver's storage.
+def scatter(storage, dofs, nodes, own, first, v, ke_, values):
+    """Add lane ``v`` of the lower triangle ``ke_`` (24 * 24, WIDTH) to the solver's storage, in the
+    rows of the nodes that are ``own`` (WIDTH, 4).
 
     Held dofs are skipped.  Loops of constant length and unsigned indices, which are never counted
     from the end of an array, make this twice as fast.
@@ -205,6 +232,8 @@ def scatter(storage, dofs, nodes, first, v, ke_, values):
             # the rows of storage are the later dofs: the rows of this block of ke, or its columns
             swap = start[nodes[v, b]] > start[nodes[v, a]]
             i, j = (b, a) if swap else (a, b)
+            if not own[v, i]:
+                continue
             row_step, col_step = (1, 24) if swap else (24, 1)
             row, row_count = start[nodes[v, i]], 3 + n_rot[nodes[v, i]]
             col, col_count = start[nodes[v, j]], 3 + n_rot[nodes[v, j]]
@@ -223,7 +252,7 @@ def scatter(storage, dofs, nodes, first, v, ke_, values):
 
 @kernel
 def step_system(elements, dofs, motion, start, step, averaged, delta, loads, storage,
-                with_tangent, predicted, values, residual, work):
+                with_tangent, predicted, values, residual, work, share, part):
     """Residual and symmetric iteration matrix of one step, Eqs. (58)-(70).
 
     ``residual = F_ext - M U_ddot - F_m - F_int`` at the generalized midpoint and
@@ -244,37 +273,57 @@ def step_system(elements, dofs, motion, start, step, averaged, delta, loads, sto
         values: lower triangle of the matrix.
         residual: ``Residual``.
         work: ``NodalWork``.
+        share: ``Share``.
+        part: which part of it, see ``arguments.WHOLE``; whoever takes it in parts sees to what is
+            of no node: zero ``values``, ``residual.applied`` and ``residual.balance``.
 
     Returns:
         A node whose directors leave its chart.
     """
-    lost = advance_nodes(dofs.nodes, motion, step, delta, work)
-    if lost != DONE:
-        return lost
-    work.force_x[:] = 0.0
-    work.rate_p[:] = 0.0
-    for d in range(work.force_p.shape[0]):
-        for c in range(3):
-            work.force_p[d, c] = -loads.on_normals[d, c]
-            work.ends_p[0, d, c] = -(1.0 - step.alpha_f) * loads.on_normals[d, c]
-            work.ends_p[1, d, c] = -step.alpha_f * loads.on_normals[d, c]
-    if with_tangent:
-        values[:] = 0.0
-    add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
-                  values, work)
-    reduce(dofs, motion.chart, averaged, start.p, loads, residual, work)
-    if with_tangent:
-        force_p = work.ends_p[0] if predicted.used else work.force_p
-        add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work, force_p,
-                       values)
-        hold(dofs, storage, values)
+    if part == WHOLE or part == BEFORE:
+        lost = advance_some(dofs.nodes, motion, step, delta, work, share.first, share.last)
+        if lost != DONE:
+            return lost
+        clear(dofs.nodes.first, step, loads.on_normals, share, work)
+    if part == WHOLE:
+        for k in range(residual.applied.shape[0]):
+            residual.applied[k] = loads.forces[k]
+        if with_tangent:
+            values[:] = 0.0
+    if part == WHOLE or part == ELEMENTS:
+        add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent,
+                     predicted, values, work, share)
+    if part == WHOLE or part == AFTER:
+        reduce(dofs, motion.chart, averaged, start.p, loads, residual, work, share)
+        if with_tangent:
+            force_p = work.ends_p[0] if predicted.used else work.force_p
+            add_curvature(dofs, storage, motion.chart, step.stiffness, loads.moments, work,
+                          force_p, values, share.first, share.last)
+            hold(dofs, storage, values, share.first, share.last)
+    if part == WHOLE:
+        for k in range(residual.balance.shape[0]):
+            residual.balance[k] = 0.0 if dofs.fixed[k] else residual.unmasked[k]
     return DONE
 
 
 @internal
+def clear(first, step, on_normals, share, work):
+    """Forces of nodes and normals before those of elements are added; ``first``: of ``Nodes``."""
+    for i in range(share.first, share.last):
+        for c in range(3):
+            work.force_x[i, c] = 0.0
+    for d in range(first[share.first], first[share.last]):
+        for c in range(3):
+            work.rate_p[d, c] = 0.0
+            work.force_p[d, c] = -on_normals[d, c]
+            work.ends_p[0, d, c] = -(1.0 - step.alpha_f) * on_normals[d, c]
+            work.ends_p[1, d, c] = -step.alpha_f * on_normals[d, c]
+
+
+@internal
 def add_elements(elements, dofs, motion, start, step, averaged, storage, with_tangent, predicted,
-                 values, work):
-    """Internal and inertial forces of all elements, and their matrices."""
+                 values, work, share):
+    """Internal and inertial forces of elements, and their matrices, see ``Share``."""
     n_s = elements.l.shape[1]
     dx, p_end, p_mid, A1, inertial_x, inertial_p, force_x, force_p, rate_p, ends_p = work
     x, x_low, n_rot = motion.x, motion.x_low, dofs.nodes.n_rot
@@ -290,11 +339,14 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
     rotations, matrices = np.empty(4, np.int64), tangent_work()
     coupling, coupled = new((0, 8)), elements.coupling.shape[0] > 0
     (eccentric_, eccentric), off_centre = pair((4, 4)), elements.eccentric.shape[0] > 0
+    own, complete = np.ones((WIDTH, 4), np.bool_), True
 
-    for group in range(elements.l.shape[0]):
+    for group in share.groups:
         first, count = members(elements, group)
         nodes = elements.nodes[first:first + count]
         directors = elements.directors[first:first + count]
+        if share.owned.shape[0]:
+            complete = gather_owned(share.owned, nodes, own)
         y0, r0, l = lanes(elements.y0[group]), lanes(elements.r0[group]), lanes(elements.l[group])
         Q, k_b = lanes(elements.Q[group]), lanes(elements.k_b[group])
         if coupled:
@@ -321,14 +373,14 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         if averaged:
             element.rotated_positions(R, y, p, yl, r)
             element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
-            add_vertices(weight, f_x_, nodes, force_x)
-            add_vertices(weight, f_p_, directors, ends_p[0])
+            add_owned(weight, f_x_, nodes, own, complete, force_x)
+            add_owned(weight, f_p_, directors, own, complete, ends_p[0])
             gather_vertices(start.p, directors, p_)
             diagonals = element.frame(y_0, R)
             element.rotated_positions(R, y_0, p, yl, r)
             element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
-            add_vertices(alpha_f, f_x_, nodes, force_x)
-            add_vertices(alpha_f, f_p_, directors, ends_p[1])
+            add_owned(alpha_f, f_x_, nodes, own, complete, force_x)
+            add_owned(alpha_f, f_p_, directors, own, complete, ends_p[1])
 
         # 3. or with T at the generalized midpoint
         move(y_0, dy, weight, y)
@@ -337,8 +389,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
         element.rotated_positions(R, y, p, yl, r)
         element.global_forces(R, diagonals, yl, r, f, g, f_x, f_p)
         if not averaged:
-            add_vertices(1.0, f_x_, nodes, force_x)
-        add_vertices(1.0, f_p_, directors, force_p)
+            add_owned(1.0, f_x_, nodes, own, complete, force_x)
+        add_owned(1.0, f_p_, directors, own, complete, force_p)
 
         # 4. M U_ddot + F_m before A_1^T, Eqs. (37), (43)
         gather_vertices(inertial_x, nodes, a_x_)
@@ -350,8 +402,8 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             # the same of mass that is eccentric: c_ij p_ddot_j on x, c_ij x_ddot_j on p
             add_inertial_forces(eccentric, a_p, f_x)
             add_inertial_forces(eccentric, a_x, f_p)
-        add_vertices(1.0, f_x_, nodes, force_x)
-        add_vertices(1.0, f_p_, directors, rate_p)
+        add_owned(1.0, f_x_, nodes, own, complete, force_x)
+        add_owned(1.0, f_p_, directors, own, complete, rate_p)
 
         # 5. k_T, Eq. (63), and mass, Eq. (40)
         if with_tangent:
@@ -366,7 +418,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
                 element.local_forces(l, Q, k_b, t, b, e, B, f, g)
                 element.couple_forces(coupling, e, g)
                 _couples(R, g, f_p)
-                add_vertices(1.0, f_p_, directors, ends_p[0])
+                add_owned(1.0, f_p_, directors, own, complete, ends_p[0])
             tangent(R, diagonals, yl, r, f, g, B, e, Q, k_b, coupling, A, rotations,
                     matrices, ke)
             add_mass(step.stiffness * step.strain_end / weight, step.mass, mass, rotations, ke)
@@ -374,7 +426,7 @@ def add_elements(elements, dofs, motion, start, step, averaged, storage, with_ta
             if off_centre:
                 add_eccentric_mass(step.mass, eccentric, A, rotations, ke)
             for v in range(count):
-                scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
+                scatter(storage, dofs, nodes, own, first, v, ke_.reshape(576, WIDTH), values)
 
 
 @internal
@@ -386,16 +438,13 @@ def _couples(R, g, f_p):
 
 
 @kernel
-def reduce(dofs, chart, averaged, p_start, loads, residual, work):
-    """Chain rule to rotational variables, ``f_n = A1^T f_p``.  Held dofs carry no residual."""
+def reduce(dofs, chart, averaged, p_start, loads, residual, work, share):
+    """Chain rule to rotational variables, ``f_n = A1^T f_p``, of the nodes of a ``Share``."""
     start, n_rot, first, _ = dofs.nodes
     _, _, p_mid, A1, _, _, force_x, force_p, rate_p, _ = work
-    balance, unmasked, applied = residual
-    fixed, moments = dofs.fixed, loads.moments
+    unmasked, applied, moments = residual.unmasked, residual.applied, loads.moments
     couple = np.empty(3)
-    for k in range(fixed.shape[0]):
-        applied[k] = loads.forces[k]
-    for i in range(start.shape[0]):
+    for i in range(share.first, share.last):
         for c in range(3):
             unmasked[start[i] + c] = applied[start[i] + c] - force_x[i, c]
         moment_forces(dofs.nodes, i, chart, p_mid, A1, moments, couple)
@@ -409,19 +458,17 @@ def reduce(dofs, chart, averaged, p_start, loads, residual, work):
             applied[start[i] + 3 + k] += couple[k]
             unmasked[start[i] + 3 + k] = applied[start[i] + 3 + k] - load
     if averaged:
-        reduce_ends(dofs.nodes, chart, p_start, unmasked, work)
-    for k in range(fixed.shape[0]):
-        balance[k] = 0.0 if fixed[k] else unmasked[k]
+        reduce_ends(dofs.nodes, chart, p_start, unmasked, work, share)
 
 
 @internal
-def reduce_ends(nodes, chart, p_start, unmasked, work):
+def reduce_ends(nodes, chart, p_start, unmasked, work, share):
     """``f_n -= A1^T f_p`` at the end and at the start of the step, where T is their average."""
     start, n_rot, first = nodes.start, nodes.n_rot, nodes.first
     A_end = np.empty_like(work.A1)
     for end in range(2):
         derivatives(nodes, chart, work.p_end if end == 0 else p_start, A_end)
-        for i in range(start.shape[0]):
+        for i in range(share.first, share.last):
             for d in range(first[i], first[i + 1]):
                 for k in range(n_rot[i]):
                     for c in range(3):
@@ -429,13 +476,13 @@ def reduce_ends(nodes, chart, p_start, unmasked, work):
 
 
 @internal
-def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values):
+def add_curvature(dofs, storage, chart, factor, moments, work, force_p, values, first, last):
     """Second derivative of the normals, ``f_p . d2p/dn2``, with the symmetric part of the load
-    stiffness of moments."""
+    stiffness of moments, of the nodes from ``first`` to that before ``last``."""
     start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
     fixed, diagonal, stride = dofs.fixed, storage.diagonal, storage.stride
     p_mid, A1, H = work.p_mid, work.A1, np.empty((3, 3))
-    for i in range(start.shape[0]):
+    for i in range(first, last):
         curvature(dofs.nodes, i, p_mid, A1, chart, force_p, moments, H)
         for k in range(n_rot[i]):
             row = start[i] + 3 + k
@@ -461,9 +508,11 @@ def add_moment_skew(dofs, storage, chart, factor, moments, work, skew):
 
 
 @internal
-def hold(dofs, storage, values):
-    """Unit rows for held dofs."""
+def hold(dofs, storage, values, first, last):
+    """Unit rows for held dofs of the nodes from ``first`` to that before ``last``."""
     if dofs.any_fixed:
-        for k in range(dofs.fixed.shape[0]):
-            if dofs.fixed[k]:
-                values[storage.diagonal[k]] = 1.0
+        start, n_rot = dofs.nodes.start, dofs.nodes.n_rot
+        for i in range(first, last):
+            for k in range(start[i], start[i] + 3 + n_rot[i]):
+                if dofs.fixed[k]:
+                    values[storage.diagonal[k]] = 1.0

@@ -110,4 +110,4 @@ def add_centrifugal_stiffness(elements, dofs, storage, Q, centre, motion, delta,
                         k[i, c, j, d] = -step.stiffness * elements.mass[el, i, j] * Q[c, d]
         add_cell(dofs, storage, nodes, 3 + n_rot[nodes], el, k, values, skew)
     add_curvature(dofs, storage, motion.chart, -step.stiffness, work.moments, work, work.force_p,
-                  values)
+                  values, 0, len(dofs.nodes.start))

@@ -71,7 +71,7 @@ def step_exact(elements, dofs, inertia, motion, start, step, lags, delta, loads,
     _reduce(dofs, motion.chart, loads, residual, work)
     if with_tangent:
         _add_nodes(dofs, inertia, storage, motion.chart, step, work, values)
-        hold(dofs, storage, values)
+        hold(dofs, storage, values, 0, dofs.nodes.start.shape[0])
     return DONE
 
 
@@ -90,6 +90,7 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
     before, after, jacobian = discrete.invariants(), discrete.invariants(), discrete.force_work()
     rotations, matrices = np.empty(4, np.int64), tangent_work()
     coupling, coupled = new((0, 8)), elements.coupling.shape[0] > 0
+    own = np.ones((WIDTH, 4), np.bool_)
 
     for group in range(elements.l.shape[0]):
         first, count = members(elements, group)
@@ -138,7 +139,7 @@ def _add_elements(elements, dofs, motion, start, step, lags, storage, with_tange
             add_mass(2.0 * step.stiffness * (step.strain_end + lag[0]), step.mass, mass, rotations,
                      ke)
             for v in range(count):
-                scatter(storage, dofs, nodes, first, v, ke_.reshape(576, WIDTH), values)
+                scatter(storage, dofs, nodes, own, first, v, ke_.reshape(576, WIDTH), values)
 
 
 @internal

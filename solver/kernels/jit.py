@@ -1,9 +1,9 @@
-"""How kernels are compiled: cached, and with divisions by zero that give infinities, which checks
-find, instead of exceptions."""
+"""How kernels are compiled: cached, with divisions by zero that give infinities, which checks find,
+instead of exceptions, and such that several threads run them side by side."""
 
 from numba import njit
 
-OPTIONS = {"cache": True, "error_model": "numpy"}
+OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 
 kernel = njit(**OPTIONS)
 inlined = njit(**OPTIONS, inline="always")

@@ -199,12 +199,18 @@ def advance_nodes(nodes, motion, step, delta, work):
     Returns:
         The first node whose directors are off its chart.
     """
+    return advance_some(nodes, motion, step, delta, work, 0, nodes.start.shape[0])
+
+
+@internal
+def advance_some(nodes, motion, step, delta, work, first_node, last_node):
+    """The same of the nodes from ``first_node`` to that before ``last_node``."""
     start, n_rot, first, _ = nodes
     _, _, variables, chart, velocity, acceleration = motion
     dx, p_end, p_mid, A1, inertial_x, inertial_p, _, _, _, _ = work
     x_end, x_mid, x_dot, x_ddot = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, weight = _frame(), 1.0 - step.alpha_f
-    for i in range(start.shape[0]):
+    for i in range(first_node, last_node):
         for c in range(3):
             k = start[i] + c
             dx[i, c] = delta[k]

@@ -218,7 +218,7 @@ def check_joints(joints, nodes, quads):
         group[members] = members[0]
     ordered = np.sort(group[quads], axis=1)
     several = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
-    if len(several):
+    if joints and len(several):
         raise InputError(f"joints: element {several[0]}, nodes {quads[several[0]].tolist()}, has "
                          "two nodes that move together")
 

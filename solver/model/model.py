@@ -73,8 +73,9 @@ from .loads import (
 )
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
+from .nonconservative import Drag, FollowerForce, UserForce
 
-LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal)
+LOADS = (NodalLoad, NodalMoment, Pressure, Gravity, Centrifugal, FollowerForce, Drag, UserForce)
 
 ALIKE = 1e-9
 """Differences of unit vectors that are none."""
@@ -97,9 +98,9 @@ class Model:
         youngs: Young's modulus E [Pa], a number or (n_elem,).
         poisson: Poisson's ratio nu, a number or (n_elem,).
         density: rho [kg/m^3], a number or (n_elem,).
-        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s, ``Gravity`` and
-            ``Centrifugal``; see
-            ``model.loads`` for line and surface loads.
+        loads: ``NodalLoad`` s, ``NodalMoment`` s, ``Pressure`` s, ``Gravity``, ``Centrifugal``,
+            ``FollowerForce`` s, ``Drag`` and ``UserForce`` s; see ``model.loads`` for line and
+            surface loads.
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there,
@@ -524,7 +525,7 @@ class Model:
 
     def _check_loads(self):
         for k, load in enumerate(self.loads):
-            if isinstance(load, Pressure):
+            if isinstance(load, Pressure | Drag):
                 existing(f"load {k}: element", load.elements or (), len(self.quads))
             elif isinstance(load, Gravity | Centrifugal):
                 for number, section in enumerate(self.sections):
@@ -533,8 +534,23 @@ class Model:
                         raise InputError(f"load {k}: {kind} does not know the moment of sections["
                                          f"{number}], whose mass is centred "
                                          f"{section.laminate.arm:g} m above the nodes")
+            elif isinstance(load, UserForce):
+                load.check(self.nodes, self.velocity, self.normals)
             else:
                 existing(f"load {k}: node", (load.node,), len(self.nodes))
+                if isinstance(load, FollowerForce):
+                    self._check_follower(k, load)
+
+    def _check_follower(self, k, load):
+        """A force along the normal of a smooth node, or a vector that turns with a junction."""
+        plates = self.directors.first[load.node + 1] - self.directors.first[load.node]
+        if load.along_normal and plates > 1:
+            raise InputError(f"load {k}: node {load.node} has {plates} directors and no one normal "
+                             "that a force could follow: give the force at the start, three "
+                             "numbers")
+        if not load.along_normal and plates == 1:
+            raise InputError(f"load {k}: node {load.node} is smooth, it does not turn about its "
+                             "normal: give a number, the force along the normal")
 
     def _check_supports(self):
         motions, axes = {}, {}

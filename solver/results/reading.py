@@ -34,7 +34,8 @@ def read(path: File):
         (n, n_directors, 3), ``strain_energy`` (n, n_elem), of a shell with supports ``reaction``
         and ``reaction_moment`` (n, n_nodes, 3), where they were asked for the stresses
         ``membrane_force``, ``moment``, ``von_mises`` (n, n_elem, 3), ``shear_force`` (n, n_elem, 2)
-        and ``nodal_von_mises`` (n, n_nodes, 3), and ``nodes``, ``quads``.
+        and ``nodal_von_mises`` (n, n_nodes, 3), ``memory``, most that its process has had at a time
+        [MB] (None: not told), and ``nodes``, ``quads``.
 
     Raises:
         InputError: no path.
@@ -49,7 +50,7 @@ def read(path: File):
                   for name, (_, shape) in sizes.fields.items()}
         return {"description": stored.description, "step": stored.step, "n_steps": sizes.steps,
                 "history": stored.history, "frame_steps": stored.frame_steps,
-                "director": fields["normal"], **fields,
+                "director": fields["normal"], **fields, "memory": _memory(file),
                 "nodes": file["model/nodes"][:], "quads": file["model/quads"][:]}
 
 
@@ -139,6 +140,14 @@ def _description(file):
     if place.shape != () or place.dtype.kind != "S":
         raise ValueError("description is not a text")
     return bytes(file.attrs["description"])
+
+
+def _memory(file):
+    """Most memory that the run has had [MB], None where the file does not tell."""
+    value = file.attrs.get("memory")
+    if not isinstance(value, float) or not 0.0 < value < np.inf:
+        return None
+    return float(value)
 
 
 def _plan(file, sizes):

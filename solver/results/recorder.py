@@ -16,6 +16,7 @@ of every history is the start):
   ``displacement``, (n_frames * n_elem, ...) of element values, frame after frame, all of them in
   ``Sizes.fields``;
   ``/frames/checksum`` (n_frames,): see ``checksums``;
+- the attribute ``memory``: most that the process has had at a time when it last wrote [MB];
 - ``/checkpoint/state`` (2, n), ``/checkpoint/stamp`` (2, 2): two packed states, each with its step
   and checksum; ``/model``: nodes and quads;
 - ``/VTKHDF``: the frames again, as links, with the mesh and its time steps.
@@ -35,6 +36,7 @@ import h5py
 import numpy as np
 
 from ..errors import ResultFileError
+from ..runtime.memory import peak_memory
 from .checkpoint import EMPTY, slot_of, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
@@ -177,6 +179,7 @@ class Recorder:
         frames["checksum"][first:last + 1] = [
             of_frame(index, at, rows, fields.values()) for rows, (index, at, fields) in kept]
         show_frames(file, first, [at for _, (_, at, _) in kept])
+        file.attrs.modify("memory", peak_memory() or np.nan)
         write_slot(file, self._slot, step, packed)
         self._slot = 1 - self._slot
 
@@ -188,8 +191,8 @@ class Recorder:
         file["model/nodes"][...], file["model/quads"][...] = self.model.nodes, self.model.quads
         file["frames/step"][...], file["checkpoint/stamp"][...] = frame_steps, EMPTY
         make_view(file, self.model, sizes)
-        file.attrs.update(format=np.bytes_(FORMAT), description=self._text, run=self._run,
-                          checksum=of_fixed(file, self._text, sizes))
+        file.attrs.update(memory=np.nan, format=np.bytes_(FORMAT), description=self._text,
+                          run=self._run, checksum=of_fixed(file, self._text, sizes))
 
 
 def _reserve(file, name, shape, dtype, **layout):

@@ -1,6 +1,7 @@
-"""Whether something fits into memory, asked before it is made."""
+"""Whether something fits into memory, asked before it is made, and how much was taken."""
 
 import os
+import sys
 
 from ..errors import InputError
 
@@ -18,6 +19,21 @@ def check_memory(what, size):
     if free is not None and size > free:
         raise InputError(f"{what} would take {size / 1e9:.3g} GB of memory, {free / 1e9:.3g} GB "
                          "are free")
+
+
+def peak_memory():
+    """Most memory that this process has had at a time since it began [MB], None if unknown."""
+    try:
+        with open("/proc/self/status") as status:
+            return next(int(line.split()[1]) for line in status if "VmHWM" in line) * 1024 / 1e6
+    except (OSError, StopIteration):
+        pass
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak * (1 if sys.platform == "darwin" else 1024) / 1e6
 
 
 def available_memory():

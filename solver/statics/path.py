@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from ..errors import AccuracyWarning, StabilityWarning, warn
+from ..runtime.memory import peak_memory
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
 from ..system.loads import at_factor
@@ -89,7 +90,7 @@ class Path:
         equilibrium = self.equilibrium
         return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
-                            time.perf_counter() - self._clock)
+                            time.perf_counter() - self._clock, peak_memory())
 
     def warn_of_bifurcation(self, onwards):
         """Warn where a bifurcation lies between the last two rows; ``onwards``: what to do."""

@@ -75,6 +75,8 @@ class StaticResult:
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
         seconds: wall-clock seconds.
+        memory: most that this process has had at a time until the end of the run [MB], None if
+            unknown.
     """
 
     factors: np.ndarray
@@ -95,6 +97,7 @@ class StaticResult:
     solver: str
     indefinite: int
     seconds: float
+    memory: float | None
 
     def __repr__(self):
         return (f"<StaticResult: {len(self.factors)} equilibria to factor "

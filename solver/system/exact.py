@@ -40,7 +40,7 @@ class ExactSystem(System):
         inertia += spreads(model.bodies, len(model.normals))
         return Spins(model, self.numbering, inertia)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         self._step = Call(exact.step_exact)
         self.nodal = spin_work(len(self.model.nodes), len(self.model.normals))
         self._stiffness, self._stiff_forces = self._stiffnesses()
@@ -80,7 +80,7 @@ class ExactSystem(System):
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
-    def initial_state(self, start=None):
+    def initial_state(self, start=None, accelerations=False):
         """State at t = 0; accelerations take no part."""
         state = self.start(start)
         if self.linked:

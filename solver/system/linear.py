@@ -13,13 +13,13 @@ Each solver owns the storage that the assembly writes to and has
 - ``solve(rhs)``: a new vector.
 """
 
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib import import_module
 
 import numpy as np
 from scipy.linalg import lapack
 from scipy.sparse import csc_array, csr_array, diags_array
-from scipy.sparse.linalg import cg, splu
+from scipy.sparse.linalg import LinearOperator, cg, splu
 
 from ..errors import InputError
 from ..kernels import gauss, skyline, storage
@@ -165,24 +165,33 @@ class Banded:
 
 
 class Sparse:
-    """A symmetric matrix in sparse storage; what factorizes it comes with a subclass."""
+    """A symmetric matrix in sparse storage; what factorizes it comes with a subclass.
+
+    Attributes:
+        lower: (n_dof, n_dof) lower triangle by rows, whose ``values`` are assembled into.
+    """
 
     def __init__(self, numbering):
-        self.storages, lower = sparse_storages(numbering)
+        self.storages, self.lower = sparse_storages(numbering)
         self.storage, self.skew = self.storages[0], NO_SKEW
-        self.values = np.zeros(lower.nnz)
-        self._matrix, self._source = _mirrored(lower)
+        self.values = self.lower.data
         self._factor = None
 
     def matrix(self):
         """The assembled matrix, in the array of the last one."""
-        np.take(self.values, self._source, out=self._matrix.data)
-        return self._matrix
+        matrix, source = self._mirror
+        np.take(self.values, source, out=matrix.data, mode="clip")  # the others copy once more
+        return matrix
+
+    @cached_property
+    def _mirror(self):
+        """The full matrix, and of each entry the place in the values."""
+        return _mirrored(self.lower)
 
     @property
     def sources(self):
         """Of each entry of ``matrix`` the place in the values."""
-        return self._source
+        return self._mirror[1]
 
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
@@ -202,21 +211,26 @@ class SuperLU(Sparse):
 
 class SparseLDL(Sparse):
     """LDL^T of RSLAB, where it is installed: analysed once, several times as fast as SuperLU on
-    large models, the same to the last bit on every run."""
+    large models, the same to the last bit on every run and with any number of threads.
+
+    It takes lower triangles by columns.  Those of the last unknown first are the rows that are
+    assembled, backwards.
+    """
 
     name = "rslab"
 
-    def __init__(self, numbering):
+    def __init__(self, numbering, threads=1):
         super().__init__(numbering)
-        self._analysis = None
+        self._analysis, self._threads = None, threads
 
     def factor(self):
         """Factorize the matrix, see the module."""
-        matrix = self.matrix()
+        values = self.values[::-1].copy()
         if self._analysis is None:
-            self._analysis = rslab().analyze(matrix, path="ldlt", threads=1)
+            self._analysis = rslab().analyze(_backwards(self.lower, values), path="ldlt",
+                                             threads=self._threads)
         try:
-            self._factor = self._analysis.factor(matrix)
+            self._factor = self._analysis.factor(values)
         except RuntimeError as error:
             raise SingularMatrix(str(error)) from None
         _, negative, zero = self._factor.inertia
@@ -226,7 +240,7 @@ class SparseLDL(Sparse):
 
     def solve(self, rhs):
         """A new vector (n_dof,), see the module."""
-        return self._factor.solve(rhs, refine=0)
+        return self._factor.solve(rhs[::-1].copy(), refine=0)[::-1].copy()
 
 
 class UnsymmetricLU(Sparse):
@@ -237,13 +251,15 @@ class UnsymmetricLU(Sparse):
     def __init__(self, numbering):
         super().__init__(numbering)
         self.skew = np.zeros_like(self.values)
-        columns = np.repeat(np.arange(numbering.n_dof), np.diff(self._matrix.indptr))
-        self._sign = np.where(self._matrix.indices < columns, -1.0, 1.0)
+        full, self._source = self._mirror
+        columns = np.repeat(np.arange(numbering.n_dof), np.diff(full.indptr))
+        self._sign = np.where(full.indices < columns, -1.0, 1.0)
 
     def matrix(self):
         """The assembled matrix, in the array of the last one."""
-        super().matrix().data[:] += self._sign * self.skew[self._source]
-        return self._matrix
+        matrix = super().matrix()
+        matrix.data[:] += self._sign * self.skew[self._source]
+        return matrix
 
     def factor(self):
         """Factorize the matrix; the number of negative pivots is not told."""
@@ -259,10 +275,11 @@ def rslab():
         return None
 
 
-def make_solver(name, numbering):
+def make_solver(name, numbering, threads=1):
     """The solver ``name`` (one of ``SOLVERS``) for a numbering; ``auto`` picks the fastest: the
     skyline where its rows are short beside the longest, else banded Cholesky, and for the largest
-    models RSLAB or, where that is not installed, SuperLU."""
+    models RSLAB or, where that is not installed, SuperLU.  RSLAB alone takes several ``threads``.
+    """
     if name == "skyline":
         return Skyline(numbering)
     if name == "dense":
@@ -271,7 +288,8 @@ def make_solver(name, numbering):
         lengths = row_lengths(numbering).astype(float)
         work = {Skyline: SKYLINE_COST * np.sum(lengths**2),
                 Banded: len(lengths) * np.max(lengths)**2}
-        work.update({SparseLDL: SPARSE_LIMIT} if rslab() else {SuperLU: DIRECT_LIMIT})
+        work.update({partial(SparseLDL, threads=threads): SPARSE_LIMIT} if rslab()
+                    else {SuperLU: DIRECT_LIMIT})
         return min(work, key=work.get)(numbering)
     raise InputError(f"solver '{name}' is unknown, must be one of: {', '.join(SOLVERS)}")
 
@@ -284,10 +302,13 @@ def solve_mass(solver, rhs):
     2 GB for a factorization that nothing else needs.
     """
     if isinstance(solver, SuperLU | SparseLDL):
-        matrix = csr_array(solver.matrix().T, copy=True)  # symmetric: its columns are its rows
-        matrix.eliminate_zeros()
+        lower = solver.lower.copy()
+        lower.eliminate_zeros()
+        diagonal, upper = lower.diagonal(), lower.T
+        matrix = LinearOperator(lower.shape, dtype=float,
+                                matvec=lambda x: lower @ x + upper @ x - diagonal * x)
         x, missed = cg(matrix, rhs, rtol=MASS_ERROR, maxiter=MOST_ITERATIONS,
-                       M=diags_array(1.0 / matrix.diagonal()))
+                       M=diags_array(1.0 / diagonal))
         if not missed:
             return x
     solver.factor()
@@ -371,6 +392,14 @@ def _mirrored(lower):
     rows, source = np.empty(full[-1], dtype=np.int32), np.empty(full[-1], dtype=np.int64)
     storage.mirror(pointer, lower.indices, full[:-1].copy(), rows, source)
     return csc_array((np.zeros(full[-1]), rows, full), shape=lower.shape), source
+
+
+def _backwards(lower, values):
+    """A lower triangle by rows, the last unknown first: a lower triangle by columns; ``values`` are
+    its own, backwards."""
+    n = lower.shape[0]
+    return csc_array((values, n - 1 - lower.indices[::-1], lower.nnz - lower.indptr[::-1]),
+                     shape=lower.shape)
 
 
 def diagonal_lu(matrix):

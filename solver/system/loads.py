@@ -15,7 +15,9 @@ from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
 from ..model.loads import Centrifugal, Gravity, NodalLoad, NodalMoment, Pressure
 from ..model.mesh import boundary
+from ..model.nonconservative import FollowerForce
 from ..names import listed
+from .nonconservative import DragForces, FollowerForces, UserForces
 from .state import State
 
 
@@ -213,7 +215,8 @@ class Applied(NamedTuple):
 
 def items(model, exact=False):
     """Items of the loads of a model, those that act on any cell; ``exact``: of the exact scheme."""
-    found = FollowerPressure(model, exact), NormalCouples(model), CentrifugalForces(model)
+    found = (FollowerPressure(model, exact), NormalCouples(model), CentrifugalForces(model),
+             FollowerForces(model), DragForces(model), UserForces(model))
     return [item for item in found if len(item.cells)]
 
 
@@ -230,6 +233,8 @@ def _held(load, fixed):
     """Whether a load acts on components only that supports fix, (n_nodes, 6)."""
     if isinstance(load, NodalLoad):
         return any(load.force) and not np.any(np.array(load.force)[~fixed[load.node, :3]])
+    if isinstance(load, FollowerForce):
+        return np.any(load.force) and fixed[load.node, :3].all()
     return isinstance(load, NodalMoment) and any(load.moment) and fixed[load.node].all()
 
 

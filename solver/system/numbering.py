@@ -78,20 +78,26 @@ def _cuthill_mckee(graph, start):
     degree = np.diff(pointer)
     seen = np.zeros(graph.shape[0], dtype=bool)
     seen[start] = True
-    order = list(start)
-    reached = 0
-    while len(order) < len(seen):
-        if reached == len(order):
+    parts, level, count = [start], start, len(start)
+    while count < len(seen):
+        lengths = degree[level]
+        if not len(level):
             rest = np.flatnonzero(~seen)
-            order.append(rest[np.argmin(degree[rest])])
-            seen[order[-1]] = True
-        node = order[reached]
-        reached += 1
-        new = neighbours[pointer[node]:pointer[node + 1]]
-        new = new[~seen[new]]
-        seen[new] = True
-        order.extend(new[np.argsort(degree[new], kind="stable")])
-    return np.array(order)
+            level = rest[[np.argmin(degree[rest])]]
+        else:
+            begin = pointer[level] - np.r_[0, np.cumsum(lengths)[:-1]]
+            new = neighbours[np.repeat(begin, lengths) + np.arange(lengths.sum())]
+            first = np.repeat(np.arange(len(level)), lengths)
+            fresh = np.flatnonzero(~seen[new])
+            new, first = new[fresh], first[fresh]
+            _, once = np.unique(new, return_index=True)  # of the first node that it neighbours
+            once.sort()
+            new, first = new[once], first[once]
+            level = new[np.lexsort((degree[new], first))]
+        seen[level] = True
+        parts.append(level)
+        count += len(level)
+    return np.concatenate(parts)
 
 
 def _number(cells, n_rot, order):

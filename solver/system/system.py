@@ -8,6 +8,7 @@ from ..kernels.arguments import (
     DONE,
     MASS_ONLY,
     STATIC,
+    WHOLE,
     Dofs,
     Predicted,
     Residual,
@@ -31,6 +32,7 @@ from .numbering import number_dofs
 from .reactions import Reactions, Resultant, Supported, along
 from .rounding import EPS
 from .state import blank_place
+from .threads import Team, shares, whole
 from .turning import Turnings
 
 ROUNDOFF = 4.0 * EPS
@@ -72,9 +74,9 @@ class System:
 
     exact = False
 
-    def __init__(self, model, solver="auto", follow=True, full_tangent=False):
+    def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
-        where they have one."""
+        where they have one; ``threads``: as many at most assemble and, with RSLAB, solve."""
         self.model, self.elements = model, model.elements
         self._items, self._springs = items(model, self.exact), springs.items(model)
         self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
@@ -106,7 +108,7 @@ class System:
         elif unsymmetric:
             self.solver = UnsymmetricLU(self.numbering)
         else:
-            self.solver = make_solver(solver, self.numbering)
+            self.solver = make_solver(solver, self.numbering, threads)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
@@ -120,7 +122,7 @@ class System:
         self._turned = 0.0
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
-        self._make_kernels()
+        self._make_kernels(threads)
         self._unpredicted = self.predictions(used=False)
         area = np.linalg.norm(vector_areas(model.nodes[model.quads]), axis=1)
         self._stretch_energy = float(np.sum(model.youngs * model.thickness * area))
@@ -129,9 +131,11 @@ class System:
         """What the unknowns are."""
         return Charts(self.model, self.numbering, follow)
 
-    def _make_kernels(self):
+    def _make_kernels(self, threads):
         """What assembles, and its work arrays."""
-        self._step = Call(assembly.step_system)
+        self._step, self._whole = Call(assembly.step_system), whole(self.model)
+        several = shares(self.model, self.numbering, threads)
+        self._team = Team(several) if several else None
         self.nodal = nodal_work(len(self.model.nodes), len(self.model.normals))
 
     def start(self, start=None):
@@ -149,9 +153,11 @@ class System:
         state.hinges[:, SLACK] = self.turnings.slacks(at_time(0.0))
         return state
 
-    def initial_state(self, start=None):
-        """The same with U_ddot from Eq. (55), for a motion."""
+    def initial_state(self, start=None, accelerations=True):
+        """The same with U_ddot from Eq. (55), for a motion, where they are wanted."""
         state = self.start(start)
+        if not accelerations:
+            return state
         place = self.observe(state)
         self.assemble(state, place, MASS_ONLY, np.zeros(self.numbering.n_dof), self.loads(0.0))
         if np.any(self.residual.balance):
@@ -278,10 +284,18 @@ class System:
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
         """Residual and matrix of the shell and the dead loads; a node that fails."""
-        return self._step(
+        arguments = (
             self.elements, self.dofs, state.motion, place.start, step, averaged, delta, dead,
             self.solver.storage, tangent, predicted or self._unpredicted, self.solver.values,
             self.residual, self.nodal)
+        if self._team is None:
+            return self._step(*arguments, self._whole, WHOLE)
+        self.residual.applied[:] = dead.forces
+        if tangent:
+            self.solver.values[:] = 0.0
+        lost = self._team.run(lambda share, part: self._step(*arguments, share, part))
+        self.residual.balance[:] = np.where(self.dofs.fixed, 0.0, self.residual.unmasked)
+        return lost
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""

@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     )
     from .solver.model.meshes import Mesh, join
     from .solver.model.model import Model, rigid_velocity
+    from .solver.model.nonconservative import Drag, FollowerForce, UserForce
     from .solver.modes.buckling import Buckling, buckling
     from .solver.modes.vibration import Modes, modes
     from .solver.results.frame import data_frame
@@ -113,6 +114,7 @@ _WHERE = {
                     "Support", "line_load", "line_moment", "surface_load", "symmetry_plane"),
     "model.meshes": ("Mesh", "join"),
     "model.model": ("Model", "rigid_velocity"),
+    "model.nonconservative": ("Drag", "FollowerForce", "UserForce"),
     "modes.buckling": ("Buckling", "buckling"),
     "modes.vibration": ("Modes", "modes"),
     "results.frame": ("data_frame",),
@@ -129,16 +131,16 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 
 __all__ = [
     "AccuracyWarning", "Ball", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic",
-    "Cylindrical", "Damping", "Drift", "Drive", "EnergyProbe", "Expression", "Gravity",
-    "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe", "Lamina", "Laminate",
-    "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model", "ModelRun", "Modes",
-    "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure", "Prismatic", "Result",
-    "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody", "RigidLink", "Scheme",
-    "Section", "Settings", "Spherical", "Spring", "StabilityWarning", "StaticResult",
-    "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses", "Support",
-    "Tie", "TimeFunction", "Universal", "arc_length", "block", "buckling", "cut", "cylinder",
-    "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load", "line_moment",
-    "load_control", "modes", "orient", "read", "read_model", "read_time_function",
+    "Cylindrical", "Damping", "Drag", "Drift", "Drive", "EnergyProbe", "Expression",
+    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe",
+    "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model",
+    "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure",
+    "Prismatic", "Result", "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody",
+    "RigidLink", "Scheme", "Section", "Settings", "Spherical", "Spring", "StabilityWarning",
+    "StaticResult", "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses",
+    "Support", "Tie", "TimeFunction", "Universal", "UserForce", "arc_length", "block", "buckling",
+    "cut", "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
+    "line_moment", "load_control", "modes", "orient", "read", "read_model", "read_time_function",
     "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
     "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
 ]

@@ -121,6 +121,10 @@ def table(folder):
                    "history": PUSH, "axes": None},
         Gravity: {"acceleration": UP, "history": PUSH},
         Centrifugal: {"omega": UP, "about": UP, "history": PUSH},
+        corovec.FollowerForce: {"node": 0, "force": 1e-3, "history": PUSH},
+        corovec.Drag: {"coefficient": 1.0, "density": 1.0, "elements": [0, 1], "velocity": UP,
+                       "history": PUSH},
+        corovec.UserForce: {"function": (lambda t, x, v, p: -1e-3 * v), "history": PUSH},
         TimeFunction: {"times": (0.0, 1.0, 2.0), "values": (0.0, 1.0, 0.0)},
         corovec.Steps: {"times": (0.0, 1.0), "values": (1.0, 0.0)},
         corovec.Harmonic: {"frequency": 0.5, "amplitude": 1.0, "phase": 0.0, "mean": 0.0},
@@ -132,7 +136,7 @@ def table(folder):
                                 "history": PUSH},
         corovec.rigid_velocity: {"model": PLATE, "velocity": UP, "omega": UP, "about": UP},
         simulate: {"model": PLATE, "settings": RUN, **files, "progress": None, "case": None,
-                    "probes": {"tip": 2}, "start": None},
+                    "probes": {"tip": 2}, "start": None, "threads": 1},
         corovec.load_control: {"model": held, "factors": [0.5, 1.0], **files, "progress": None,
                                 "settings": StaticSettings()},
         corovec.arc_length: {"model": held, "length": 1e-3, "until": (lambda factor, u: True),
@@ -150,7 +154,7 @@ def table(folder):
         corovec.read: {"path": path},
         corovec.read_model: {"path": START},
         corovec.run_model: {"definition": load_case("l-plate"), "elements": 30, "settings": RUN,
-                            "progress": None, "membrane": "stress", **files},
+                            "progress": None, "membrane": "stress", "threads": 1, **files},
         Mesh: {"nodes": PLATE.nodes, "quads": PLATE.quads, "groups": {"all": [0, 1]},
                "node_sets": {"start": [0, 3]}, "lines": {"start": [(0, 3)]}, "normals": None},
         NAMED.write: {"path": folder / "plate.msh", "overwrite": True},
@@ -184,7 +188,8 @@ def used(made):
     """Take what was accepted into a short run."""
     if isinstance(made, Model):
         simulate(made, RUN)
-    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity):
+    elif isinstance(made, NodalLoad | NodalMoment | Pressure | Gravity | corovec.FollowerForce
+                    | corovec.Drag | corovec.UserForce):
         simulate(rectangle(2.0, 1.0, (2, 1), loads=[made]), RUN)
     elif isinstance(made, Centrifugal):
         corovec.load_control(rectangle(2.0, 1.0, (2, 1), loads=[made], supports=[CLAMP]), [1.0])

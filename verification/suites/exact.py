@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from corovec import (
+    Drag,
+    FollowerForce,
     Gravity,
     Newton,
     NodalLoad,
@@ -13,6 +15,7 @@ from corovec import (
     Scheme,
     Settings,
     TimeFunction,
+    UserForce,
     rigid_velocity,
     simulate,
     total_energy,
@@ -67,6 +70,11 @@ def gap(result):
     return np.abs(missed).max() / max(np.abs(values).max() for values in (energy, *works))
 
 
+def swirl(t, x, v, p):
+    """Forces without a potential."""
+    return np.cross((0.0, 0.1, np.cos(t)), x) - 0.02 * np.linalg.norm(v, axis=1, keepdims=True) * v
+
+
 def flying():
     """``{what: (model, dt, end)}`` of free shells under loads."""
     plate, fold, closed = rectangle(2.0, 1.0, (4, 2)), folded(), box((1.0, 0.8, 0.6), 2,
@@ -83,6 +91,9 @@ def flying():
                                0.02, 1.0),
         "pressure on one side": (replace(plate, loads=[Pressure(3.0, None, PULSE), forces[0]]),
                                  0.02, 1.0),
+        "a force that follows, wind, one of a user": (replace(plate, loads=[
+            forces[0], FollowerForce(7, 5.0, PULSE), Drag(1.0, 0.5, velocity=(1.0, 0.0, 3.0)),
+            UserForce(swirl)]), 0.02, 1.0),
         "warped patch": (patch, 0.02, 1.0),
         "fold": (replace(fold, loads=[*small_ones, NodalMoment(6, (1e-3, 2e-3, 3e-3), PULSE)]),
                  0.02, 1.0),
