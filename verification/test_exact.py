@@ -47,6 +47,7 @@ from corovec import (
     total_energy,
 )
 from corovec.benchmarks import load_case
+from corovec.solver.dynamics.krylov import minimal_residual
 from corovec.solver.kernels import discrete, element
 from corovec.solver.kernels.lanes import WIDTH, lanes, zeros
 from corovec.solver.model.mesh import vector_areas
@@ -331,9 +332,9 @@ def test_pressure_in_a_box_does_work_on_its_volume():
 # ------------------------------------------------------------------ steps
 
 def test_halving_keeps_everything():
-    """Five times the loads of the L-plate, which turns by more than a radian in a step."""
+    """Twenty times the loads of the L-plate, which turns by more than two radians in a step."""
     model = load_case("l-plate").model(30)
-    model = replace(model, loads=[replace(load, force=5.0 * np.array(load.force))
+    model = replace(model, loads=[replace(load, force=20.0 * np.array(load.force))
                                   for load in model.loads])
     with pytest.warns(AccuracyWarning, match="halvings in the first"):
         result = run(model, 0.1, 1.2)
@@ -342,10 +343,35 @@ def test_halving_keeps_everything():
     assert result.drift.linear_momentum < 1e-12
 
 
+@pytest.mark.parametrize(("case", "elements", "dt", "steps"), [
+    ("ruler", 120, 5e-4, 80), ("hemisphere", 1024, 0.0125, 8)])
+def test_a_hundred_times_the_step_of_the_paper(case, elements, dt, steps):
+    """Nodes turn by up to 1.5 rad a step: 3 and 7 of these steps were halved by corrections without
+    the derivative."""
+    result = run(load_case(case).model(elements), dt, steps * dt)
+    assert result.history["halvings"].sum() == 0 and gap(result) < GAP
+    assert result.balance.moments < GAP and result.drift.linear_momentum < 1e-12
+
+
+def test_corrections_by_the_derivative():
+    """As near as it is asked, in few products where A is near 1, and in at most as many as there
+    are unknowns."""
+    rng = np.random.default_rng(5)
+    c, weights = rng.normal(size=30), rng.uniform(0.1, 10.0, 30)
+    for part_of_A, wanted, most in ((0.01, 1e-2, 3), (1.0, 1e-9, 31)):
+        A = np.eye(30) + part_of_A * rng.uniform(-1.0, 1.0, (30, 30)) / 6.0
+        x, products = minimal_residual(A.dot, c, weights, wanted, 31)
+        missing = weights * (c - A @ x)
+        assert np.linalg.norm(missing) <= 1.01 * wanted * np.linalg.norm(weights * c)
+        assert products <= most
+    x, products = minimal_residual(lambda v: 0.0 * v, c, weights, wanted, 31)
+    assert products == 1 and not x.any()
+
+
 @pytest.mark.parametrize("what", ["fast", "thin"])
 def test_rounding_is_no_failure(what, monkeypatch):
     """200 m a step, and a membrane whose rounded forces move the soft normals: iterations end
-    where the residual is rounding, and are halved if that is not seen."""
+    where the residual is rounding; a fast one goes on in vain if that is not seen."""
     if what == "fast":
         model, dt = plate(velocity=np.tile([1e4, 0.0, 0.0], (15, 1))), 0.02
     else:
@@ -353,9 +379,10 @@ def test_rounding_is_no_failure(what, monkeypatch):
                              (1.0, 2.0, 3.0), about=(0.5, 0.5, 0.0)), 0.05
     result = run(model, dt, 10 * dt)
     assert result.history["halvings"].sum() == 0 and gap(result) < GAP
-    monkeypatch.setattr(ExactSystem, "at_rounding", lambda self, state, step: False)
-    with pytest.warns(AccuracyWarning, match="halvings in the first"):
-        run(model, dt, 10 * dt)
+    if what == "fast":
+        monkeypatch.setattr(ExactSystem, "at_rounding", lambda self, state, step: False)
+        vain = run(model, dt, 10 * dt)
+        assert vain.history["iterations"].max() > 2 * result.history["iterations"].max()
 
 
 def test_a_sector_flies_as_the_whole():

@@ -19,7 +19,7 @@ from .jit import inlined, internal, kernel
 from .updates import move_nodes
 from .vectors import adjugate, cross, dot, orthonormal
 
-LARGEST_TURN = 1.5
+LARGEST_TURN = 3.0
 """Cayley vector of a step beyond which it is not sound."""
 
 

@@ -100,6 +100,7 @@ def flying():
         "box under inner pressure": (replace(closed, loads=[
             Pressure(30.0, None, PULSE), NodalLoad(0, (0.1, 0.2, 0.3), PULSE)]), 0.02, 1.0),
         "L-plate, steps of 0.1 s": (load_case("l-plate").model(30), 0.1, 5.0),
+        "ruler, steps of 5e-4 s": (load_case("ruler").model(120), 5e-4, 0.04),
         "cross-code plate, steps of 0.02 s": (cross_code_plate(1), 0.02, 3.0)}
 
 
