@@ -64,6 +64,8 @@ def summary(definition, shell):
         "held_nodes": int(shell.fixed.any(axis=1).sum()), **_attached(shell),
         "joints": {printable(name): joint.kind for name, joint in zip(
             names_of(definition.joints), definition.joints)} or None,
+        "bodies": {printable(body.name): f"{body.mass:g} kg, {len(body.nodes)} nodes"
+                   for body in shell.bodies} or None,
         "probes": {name: _probe(probe) for name, probe in definition.probes.items()} or None,
         "steps": ", ".join(steps)}
 

@@ -116,8 +116,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     scene.space.elements(model.nodes[model.quads][None], facecolor=PLAIN, edge="0.4", line=0.4)
     scene.arrows()
     hinges, spherical = _joints(model)
+    arms, bodies = _bodies(model)
     scene.lines(hinges, HINGE)
-    for marks in (*_held(model), *spherical):
+    scene.lines(arms, BLACK)
+    for marks in (*_held(model), *spherical, *bodies):
         scene.marks(marks._replace(marker="s"))
     scene.functions()
     scene.key(scene.scale_rows() + scene.hollow_row())
@@ -131,9 +133,9 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     """All that a model file makes of a mesh: what ``corovec check`` draws.
 
     Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, joints, what
-    each support holds, prescribed displacements and rotations, point masses, springs, elements
-    whose stresses are recorded, and the velocity and spin at the start.  Of many arrows a few are
-    drawn, spread over what they act on.
+    each support holds, prescribed displacements and rotations, point masses, springs, bodies and
+    the nodes that they carry, elements whose stresses are recorded, and the velocity and spin at
+    the start.  Of many arrows a few are drawn, spread over what they act on.
 
     Args:
         model: ``Model`` of the case.
@@ -142,9 +144,9 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
 
     Returns:
         (Figure, DataFrame): rows as of ``mesh_and_loads``, and ``item`` = group (its ``name`` and
-        element), normal (x, y, z and nx, ny, nz), fold, hinge and spring (x, y, z of either end),
-        support (its node and the components held), mass, ground spring and spherical joint (its
-        node).
+        element), normal (x, y, z and nx, ny, nz), fold, hinge, spring and arm of a body (x, y, z of
+        either end), support (its node and the components held), mass, ground spring, spherical
+        joint and body (its node).
     """
     mesh, corners = case.mesh(len(model.quads)), model.nodes[model.quads]
     drawn = arrows.thinned((*arrows.of_case(model, case), *arrows.of_motion(model, case),
@@ -154,7 +156,9 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     folds = fold_edges(model.nodes, model.quads, model.fold_angle, model.patches)
     at, normals = _normals(corners, arrows.on_surfaces(drawn))
     hinges, spherical = _joints(model)
-    marked, springs = [*_held(model), *_attached(model), *spherical], _springs(model)
+    arms, bodies = _bodies(model)
+    marked = [*_held(model), *_attached(model), *spherical, *bodies]
+    springs = _springs(model)
     scene = _Scene(model, drawn, {**_points(case), **_probed(model, case)}, view, True,
                    np.stack([at, at + normals * SHORT * model.size], axis=1),
                    1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + bool(len(springs))
@@ -163,6 +167,7 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
                          cmap=ListedColormap(colours), norm=Normalize(-0.5, len(colours) - 0.5))
     scene.lines(folds, BLACK)
     scene.lines(hinges, HINGE)
+    scene.lines(arms, BLACK)
     scene.normals(at, normals)
     scene.springs(springs)
     scene.arrows()
@@ -178,7 +183,7 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
         *(_row(_line(marks.colour, 0.0, marks.marker), marks.words) for marks in marked)
     ] + scene.hollow_row())
     scene.names()
-    lines = {"fold": folds, "hinge": hinges, "spring": springs}
+    lines = {"fold": folds, "hinge": hinges, "spring": springs, "arm": arms}
     return scene.figure, pd.concat([scene.table(), *_more(model, mesh, lines, at, normals, marked)],
                                    ignore_index=True)
 
@@ -434,6 +439,16 @@ def _joints(model):
     points = [joint.nodes[0] for joint in joints if isinstance(joint, Spherical)]
     marks = [Marks(np.array(points), "spherical joints", "o", "spherical joint", HINGE)]
     return np.array(edges, dtype=int).reshape(-1, 2), marks if points else []
+
+
+def _bodies(model):
+    """(n, 2) nodes of bodies and those that they carry, and ``Marks`` of the bodies."""
+    bodies = getattr(model, "bodies", ())
+    own = [node for node, _ in model.body_masses] if bodies else []
+    arms = [(node, i) for node, body in zip(own, bodies) for i in body.nodes]
+    total = sum(body.mass for body in bodies)
+    marks = [Marks(np.array(own), f"bodies, {total:g} kg", "D", "body", BLACK)]
+    return np.array(arms, dtype=int).reshape(-1, 2), marks if bodies else []
 
 
 def _springs(model):

@@ -5,7 +5,29 @@ import json
 import numpy as np
 import pytest
 
-from corovec import Hinge, InputError, JointProbe, Mesh, Spherical, TimeFunction, block, join
+from corovec import (
+    Ball,
+    Cylindrical,
+    Hinge,
+    InputError,
+    JointProbe,
+    Mesh,
+    Model,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    RigidLink,
+    Scheme,
+    Settings,
+    Spherical,
+    Tie,
+    TimeFunction,
+    Universal,
+    block,
+    join,
+    read,
+    simulate,
+)
 from corovec.solver.input.files import read_model
 from corovec.verification.helpers import corovec, in_process
 
@@ -46,6 +68,46 @@ CORNER = """
 [[joints]]
 kind = "spherical"
 at = [4, 1, 0]
+"""
+
+WING = """
+name = "wing"
+parameters = { thickness = 0.02, youngs = 2e8, poisson = 0.3, density = 1000.0 }
+[defaults]
+dt = 0.02
+end_time = 0.2
+[[geometry.blocks]]
+corners = [[0.5, -0.5, 0], [3.5, -0.5, 0], [3.5, 0.5, 0], [0.5, 0.5, 0]]
+divisions = [4, 2]
+[histories]
+push = { times = [0.0, 0.1, 0.2], values = [0.0, 1.0, 0.0] }
+[[bodies]]
+name = "hub"
+mass = 20.0
+inertia = [2.0, 3.0, 4.0]
+centre = [0.3, 0.0, 0.0]
+where = { x = 0.5 }
+"""
+FREE = """
+[[bodies]]
+name = "free"
+mass = 1.0
+inertia = [1.0, 1.0, 1.5]
+centre = [5.0, 0.0, 0.0]
+axes = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]
+"""
+ROOT = """
+[[joints]]
+kind = "revolute"
+name = "root"
+one = "ground"
+other = "hub"
+at = [0, 0, 0]
+axis = [0, 1, 0]
+stiffness = 4.0
+rest = 1.0
+torque = 2.0
+history = "push"
 """
 
 
@@ -164,3 +226,100 @@ def test_plates_that_are_joined_in_blocks_stay_whole_elsewhere(made):
     whole = join([block([(0, 0, 0), (4, 0, 0), (4, 1, 0), (0, 1, 0)], (4, 1)),
                   block([(4, 1, 0), (6, 1, 0), (6, 2, 0), (4, 2, 0)], (2, 1))])
     assert len(mesh.nodes) == len(whole.nodes) + 3
+
+
+def test_a_body_on_a_spring_is_the_model_in_python(made):
+    """A body that carries an edge, on a revolute joint with a spring and a motor: the file moves as
+    the model in Python, to the last bit; points can be centres of bodies."""
+    definition = made(ROOT + "[points]\nhub = [0.3, 0.0, 0.0]\n", WING)
+    mesh = block([(0.5, -0.5, 0), (3.5, -0.5, 0), (3.5, 0.5, 0), (0.5, 0.5, 0)], (4, 2))
+    edge = np.flatnonzero(mesh.nodes[:, 0] == 0.5).tolist()
+    push = TimeFunction((0.0, 0.1, 0.2), (0.0, 1.0, 0.0))
+    model = Model.of(
+        mesh, 0.02, 2e8, 0.3, 1000.0,
+        bodies=[RigidBody("hub", 20.0, (2.0, 3.0, 4.0), (0.3, 0.0, 0.0), edge)],
+        joints=[Revolute("ground", "hub", (0, 0, 0), (0, 1, 0), name="root", stiffness=4.0,
+                         rest=1.0, torque=2.0, history=push)])
+    settings, probes = Settings(0.02, 0.2, Scheme("exact")), {"root": JointProbe("root")}
+    told, same = (simulate(one, settings, probes={"hub": len(mesh.nodes), **probes}).history
+                  for one in (definition.model(8), model))
+    assert definition.probes_on(definition.mesh(8)) == {"hub": (0.3, 0.0, 0.0)}
+    assert told["root_angle"][-1] > 1e-3
+    for name in told.dtype.names:
+        assert np.array_equal(told[name], same[name]), name
+
+
+@pytest.mark.parametrize(("text", "joint"), [
+    ('kind = "ball"\none = "hub"\nother = "free"\nat = [4, 0, 0]', Ball("hub", "free", (4, 0, 0))),
+    ('kind = "ball"\none = [3.5, 0.5, 0]\nother = "free"', Ball(14, "free")),
+    ('kind = "revolute"\none = "hub"\nother = "free"\nat = [4, 0, 0]\naxis = [0, 2, 0]\n'
+     'angle = 0.5\ndriving = "push"',
+     Revolute("hub", "free", (4, 0, 0), (0, 1, 0), 0.5,
+              TimeFunction((0.0, 0.1, 0.2), (0.0, 1.0, 0.0)))),
+    ('kind = "cylindrical"\none = "hub"\nother = "free"\nat = [4, 0, 0]\naxis = [1, 0, 0]',
+     Cylindrical("hub", "free", (4, 0, 0), (1, 0, 0))),
+    ('kind = "prismatic"\none = "hub"\nother = "free"\nat = [4, 0, 0]\naxis = [1, 0, 0]',
+     Prismatic("hub", "free", (4, 0, 0), (1, 0, 0))),
+    ('kind = "universal"\none = "hub"\nother = "free"\nat = [4, 0, 0]\naxis = [1, 0, 0]\n'
+     'other_axis = [0, 0, 1]', Universal("hub", "free", (4, 0, 0), (1, 0, 0), (0, 0, 1))),
+    ('kind = "link"\none = [3.5, 0.5, 0]\nother = "free"\nto = [5, 0, 1]',
+     RigidLink(14, "free", None, (5, 0, 1)))])
+def test_tables_become_joints_of_bodies(made, text, joint):
+    model = made(FREE + "[[joints]]\n" + text, WING).model(8)
+    assert model.joints == (joint,)
+    assert model.bodies[1].axes[0] == (0.0, 1.0, 0.0) and model.bodies[1].nodes == ()
+
+
+def test_a_tie_of_a_mesh_of_a_file(made, tmp_path):
+    """Its sides are lines of the mesh."""
+    plates = [block([(x, 0, 0), (x + 2, 0, 0), (x + 2, 1, 0), (x, 1, 0)], (2, n))
+              for x, n in ((0, 2), (2, 3))]
+    n = len(plates[0].nodes)
+    nodes = np.concatenate([plate.nodes for plate in plates])
+    sides = [np.flatnonzero(nodes[:, 0] == 2.0) for _ in plates]
+    line, tied = ([int(i) for i in side if (i < n) == first] for side, first in zip(
+        sides, (True, False)))
+    Mesh(nodes, np.concatenate([plates[0].quads, plates[1].quads + n]),
+         node_sets={"fine": tied}, lines={"coarse": list(zip(line, line[1:]))}
+         ).write(tmp_path / "two.inp")
+    shell = PANELS[:PANELS.index("[[geometry")] + '[geometry]\nfile = "two.inp"\napart = true\n'
+    tie = '[[joints]]\nkind = "tie"\nname = "seam"\nnodes = "fine"\ncurve = "coarse"\n'
+    assert made(tie, shell).model(10).joints == (Tie(tied, line, "seam"),)
+
+
+@pytest.mark.parametrize(("text", "told"), [
+    (ROOT.replace('"hub"', '"hob"'), r"joints\[0\]: 'hob' is no body, must be one of: hub, ground"),
+    (ROOT.replace('other = "hub"\n', ""), r"joints\[0\]: other: missing, a revolute joint needs"),
+    (ROOT.replace("at = [0, 0, 0]", ""), r"joints\[0\]: at is missing"),
+    (ROOT.replace('"hub"', "[9, 9, 9]"), r"joints\[0\]: .*\[?9"),
+    (ROOT + 'driving = "pull"\nangle = 1.0', r"joints\[0\].driving: 'pull' is not among push"),
+    (ROOT + "angle = 1.0", r"joints\[0\]: revolute joint root: a joint that is driven by its"),
+    (ROOT.replace('"revolute"', '"cylindrical"'),
+     r"joints\[0\]: history, rest, stiffness, torque: a cylindrical joint has no such thing"),
+    (HINGE.replace("[2, 0, 0], [2, 1, 0]", "[2, -0.5, 0], [2, 0.5, 0]") + "axis = [0, 1, 0]",
+     r"joints\[0\]: axis: a hinge joint has no such thing"),
+    (FREE + FREE, r"bodies\[2\].name: free is that of bodies\[1\] as well"),
+    (FREE.replace("1.5]", "3.0]"), r"bodies\[1\]: body free: moments of inertia"),
+    (FREE + "where = { x = 0.5 }", r"bodies\[1\]: hub carries node 0 as well"),
+    (FREE + 'nodes = "rim"', r"bodies\[1\]: .*rim"),
+    (FREE.replace("mass = 1.0", "mass = 0.0"), r"bodies\[1\].mass")])
+def test_mistakes_of_bodies(made, text, told):
+    with pytest.raises(InputError, match=told):
+        made(text, WING)
+
+
+def test_a_run_with_a_body(made, tmp_path):
+    """Drawn with its arms, told by its mass; the result file has its frames and can be plotted."""
+    path = tmp_path / "wing.toml"
+    path.write_text(WING + ROOT + '[probes]\nroot = { joint = "root" }\n')
+    told = json.loads(in_process("check", str(path), "--output", str(tmp_path / "a.svg"),
+                                 "--json").stdout)
+    assert told["joints"] == {"root": "revolute"} and told["bodies"] == {"hub": "20 kg, 3 nodes"}
+    rows = [line.split(",")[0] for line in (tmp_path / "a.csv").read_text().splitlines()]
+    assert rows.count("arm") == 6 and rows.count("body") == 1
+    output = tmp_path / "run.h5"
+    done = corovec("run", str(path), "--scheme", "exact", "--output", str(output))
+    assert done.returncode == 0, done.stderr
+    assert read(output)["nodal_von_mises"].shape[1:] == (16, 3)
+    plot = corovec("plot", str(output), "--output", str(tmp_path / "plots"))
+    assert plot.returncode == 0, plot.stderr

@@ -78,7 +78,8 @@ OUTCOMES = {"Drift", "Outcome", "Result", "StaticResult", "LinearResult", "Layer
 """What is handed out and not made by users, is checked where it is used, or takes nothing."""
 
 FITS = {
-    *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items")),
+    *((name, "empty") for name in ("loads", "supports", "sections", "attached", "items",
+                                   "joints", "bodies")),
     ("progress", "function"), ("until", "function"), ("function", "function"),
     ("notify", "function"),
     *((flag, "flag") for flag in ("overwrite", "supported", "stresses", "merge", "reduce",
@@ -95,12 +96,13 @@ FITS = {
         "turning", "damping", "stop_stiffness", "lock_stiffness", "lock_damping", "coefficient",
         "E1", "E2", "nu12", "G12", "G13", "G23",
         *("Xt", "Xc", "Yt", "Yc", "S"))),
-    *((name, "negative") for name in ("node", "other", "at")),  # only a mesh knows them
+    *((name, "negative") for name in ("node", "one", "other", "at")),  # only a mesh knows them
 }
 """Parameters to which something of the table is no junk."""
 
-OWN = {(corovec.FollowerForce, "force", kind) for kind in ("float", "negative")}
-"""The same of one function, as its namesakes elsewhere are vectors."""
+OWN = {*((corovec.FollowerForce, "force", kind) for kind in ("float", "negative")),
+       (corovec.RigidBody, "nodes", "empty")}
+"""The same of one function, whose namesakes elsewhere are vectors, or not empty."""
 
 
 def public():

@@ -8,12 +8,15 @@ from scipy.integrate import solve_ivp
 from corovec import (
     Ball,
     Cylindrical,
+    Damping,
     Expression,
     Gravity,
     InputError,
+    JointProbe,
     Mesh,
     Model,
     NodalLoad,
+    PointMass,
     Prismatic,
     Revolute,
     RigidBody,
@@ -278,6 +281,74 @@ def test_tie():
     assert np.linalg.norm(u - v) < 0.02 * np.linalg.norm(v)
 
 
+# ------------------------------------------------------------------ probes
+
+def probed_joint(body, joint, loads=(), end_time=0.2):
+    """History of a joint of one body that hangs at (1, 0, 0) or stands there, and its centre."""
+    model = alone([body], [joint], loads=loads)
+    return simulate(model, Settings(dt=0.01, end_time=end_time, scheme=EXACT),
+                    probes={"it": JointProbe("it"), "body": 4}).history
+
+
+@pytest.mark.parametrize("ends", [("ground", "body"), ("body", "ground")])
+def test_force_on_a_body_that_hangs(ends):
+    """At rest under its weight, below a ball joint: m g upwards on the body, at either end."""
+    body = RigidBody("body", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, -0.7))
+    told = probed_joint(body, Ball(*ends, (1.0, 0.0, 0.0), name="it"), [Gravity((0, 0, -9.81))])
+    np.testing.assert_allclose(told["it_force"][1:], [[0.0, 0.0, 2.0 * 9.81]] * 20, atol=1e-9)
+    np.testing.assert_allclose(told["body_u"], 0.0, atol=1e-12)
+    assert np.all(told["it_angle"] == 0.0) and np.all(told["it_moment"] == 0.0)
+
+
+def test_force_between_bodies():
+    """The force is that on ``other``: of two bodies that hang in a row the lower one is held, and
+    the upper one carries both."""
+    bodies = [RigidBody("upper", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, -0.7)),
+              RigidBody("lower", 3.0, (0.3, 0.3, 0.3), (1.0, 0.0, -1.9))]
+    joints = [Ball("ground", "upper", (1.0, 0.0, 0.0), name="top"),
+              None]
+    for other, sign in (("lower", 1.0), ("upper", -1.0)):
+        joints[1] = Ball({"lower": "upper", "upper": "lower"}[other], other, (1.0, 0.0, -1.2),
+                         name="down")
+        told = simulate(alone(bodies, joints, loads=[Gravity((0, 0, -9.81))]),
+                        Settings(dt=0.01, end_time=0.1, scheme=EXACT),
+                        probes={"top": JointProbe("top"), "down": JointProbe("down")}).history
+        np.testing.assert_allclose(told["top_force"][1:, 2], 5.0 * 9.81, rtol=1e-10)
+        np.testing.assert_allclose(told["down_force"][1:, 2], sign * 3.0 * 9.81, rtol=1e-10)
+
+
+@pytest.mark.parametrize(("ends", "sense"), [(("ground", "body"), 1.0), (("body", "ground"), -1.0)])
+def test_a_motor_turns_other_positively(ends, sense):
+    """A torque T turns ``other`` against ``one`` by T t^2/(2 I) about the axis, I of the body about
+    it; the force on the body is that towards the axis, m r w^2, and m r dw/dt across."""
+    body = RigidBody("body", 2.0, (0.3, 0.3, 0.3), (1.5, 0.0, 0.0))
+    joint = Revolute(*ends, (1.0, 0.0, 0.0), (0, 0, 1), name="it", torque=1.6)
+    told = probed_joint(body, joint)
+    t, rate = told["time"], 1.6 / (0.3 + 2.0 * 0.5**2)
+    angle = 0.5 * rate * t**2
+    np.testing.assert_allclose(told["it_angle"], angle, atol=1e-5)
+    np.testing.assert_allclose(told["it_moment"][1:], 1.6, rtol=1e-9)
+    np.testing.assert_allclose(told["it_rate"][1:], np.diff(told["it_angle"]) / 0.01, rtol=1e-9)
+    np.testing.assert_allclose(told["it_work"], 1.6 * told["it_angle"], atol=1e-12)
+    place = np.c_[np.cos(angle), sense * np.sin(angle), 0.0 * t]
+    np.testing.assert_allclose(told["body_u"], 0.5 * (place - [1.0, 0.0, 0.0]), atol=1e-5)
+    mid = 0.5 * (t[1:] + t[:-1])
+    angle, spin = 0.5 * rate * mid**2, rate * mid
+    along, across = (np.c_[np.cos(angle), sense * np.sin(angle)],
+                     np.c_[-np.sin(angle), sense * np.cos(angle)])
+    force = 2.0 * 0.5 * (rate * across - spin[:, None]**2 * along)
+    np.testing.assert_allclose(told["it_force"][1:, :2], force, atol=2e-3)
+
+
+def test_moment_of_a_drive():
+    """A revolute joint whose angle grows as a t^2/2: its moment is I a, the angle is that."""
+    body = RigidBody("body", 2.0, (0.3, 0.3, 0.4), (1.0, 0.0, 0.0))
+    told = probed_joint(body, Revolute("ground", "body", (1.0, 0.0, 0.0), (0, 0, 1), 0.5,
+                                       Expression("t**2"), name="it"))
+    np.testing.assert_allclose(told["it_angle"], 0.5 * told["time"]**2, atol=1e-12)
+    np.testing.assert_allclose(told["it_moment"][1:], 0.4, rtol=1e-4)
+
+
 # ------------------------------------------------------------------ refused
 
 @pytest.mark.parametrize("joints, message", [
@@ -340,3 +411,12 @@ def test_no_body(values, message):
     with pytest.raises(InputError, match=message):
         RigidBody(**{"name": "a", "mass": 1.0, "inertia": (1.0, 1.0, 1.0),
                      "centre": (0, 0, 0), **values})
+
+
+@pytest.mark.parametrize("values, message", [
+    (dict(damping=Damping(mass=1.0)), "mass acts on the shell alone"),
+    (dict(attached=[PointMass(31, 1.0)]), "node 31 is that of a rigid body"),
+])
+def test_what_bodies_do_not_know(values, message):
+    with pytest.raises(InputError, match=message):
+        wings([Ball("a", "b", (0, 0, 0))], **values)

@@ -77,12 +77,12 @@ class EnergyProbe:
 
 @dataclass(frozen=True)
 class JointProbe:
-    """What a joint does: of a hinge the ``angle`` [rad], its mean ``rate`` in the step [rad/s], the
-    ``moment`` of spring, damper, stops, latch and motor that turns it on [N m], the energy that is
-    ``stored`` there [J], the ``work`` of its motor and servo and what is ``lost`` in its dampers
-    since t = 0 [J]; of any joint the ``force`` on the plate of its ``nodes``, of a spherical one on
-    the first node, of one between bodies on its end ``other`` [N].  Forces and moments are means of
-    the step.
+    """What a joint does: of a hinge or a revolute joint the ``angle`` [rad], its mean ``rate`` in
+    the step [rad/s], the ``moment`` of spring, damper, stops, latch and motor, or of the drive,
+    that turns it on [N m], the energy that is ``stored`` there [J], the ``work`` of its motor and
+    servo and what is ``lost`` in its dampers since t = 0 [J]; of any joint the ``force`` on the
+    plate of its ``nodes``, of a spherical one on the first node, of one with ends on ``other``, or
+    on ``one`` where that is the ground [N].  Forces and moments are means of the step.
 
     Attributes:
         joint: its name.

@@ -22,7 +22,7 @@ from ..signatures import checked
 from .acting import Driven, Held, History, Load, RigidMotion, Sector
 from .attached import Damped, Foundation, MassAt, SpringBetween, SpringToGround
 from .geometry import Geometry, Refinement
-from .joints import JointOf, open_mesh
+from .joints import BodyOf, JointOf, open_mesh
 from .layers import Layers, Material, SectionOf
 from .probed import Probed
 from .values import (
@@ -238,7 +238,8 @@ class ModelFile(Strict):
         springs: between two nodes.
         ground_springs: between nodes and the ground.
         foundations: elastic ones under elements.
-        joints: hinges and spherical joints of plates.
+        bodies: rigid ones, of the scheme exact.
+        joints: hinges and spherical joints of plates, and joints of bodies, nodes and the ground.
         damping: of the shell.
         cyclic: the shell is one sector of many.
         motion: how the shell moves at the start.
@@ -269,6 +270,7 @@ class ModelFile(Strict):
     springs: list[SpringBetween] = []
     ground_springs: list[SpringToGround] = []
     foundations: list[Foundation] = []
+    bodies: list[BodyOf] = []
     joints: list[JointOf] = []
     damping: Damped | None = None
     cyclic: Sector | None = None
@@ -319,6 +321,9 @@ class ModelFile(Strict):
             one, other = ((supports + ["one of a joined node"])[min(int(number), len(supports))]
                           for number in both.groups())
             return message.replace(both[0], f"{one} and {other}")
+        for k, body in enumerate(self.bodies):
+            if message.startswith(f"body {body.name}: "):
+                return f"bodies[{k}]: {message.removeprefix(f'body {body.name}: ')}"
         for k, name in enumerate(names_of(self.joints)):
             if message.startswith(f"{name}: "):
                 return f"joints[{k}]: {message.removeprefix(f'{name}: ')}"
@@ -381,7 +386,7 @@ class ModelFile(Strict):
     def _of_supports(self):
         """What is wrong with the functions of time of supports and joints."""
         for place, support in self._listed("supports", "drives", "joints"):
-            for key in ("history", "turning"):
+            for key in ("history", "turning", "driving"):
                 name = getattr(support, key, None)
                 if name and name not in self.histories:
                     yield _unknown(f"{place}.{key}", name, self.histories)
@@ -419,6 +424,7 @@ class ModelFile(Strict):
         """What is wrong with joints, and where they are."""
         names = names_of(self.joints)
         yield from _repeated("joints", "name", names)
+        yield from _repeated("bodies", "name", [body.name for body in self.bodies])
         try:
             _, places = self._opened(self.sizes[0])
         except InputError as error:
@@ -444,13 +450,14 @@ class ModelFile(Strict):
                                   lambda section=section: mesh.groups[section.group])
         for place, support in self._listed("supports", "drives"):
             yield from _wrong(place, lambda support=support: support.made(mesh, functions))
-        for place, item in self._listed(*ATTACHED):
+        for place, item in self._listed(*ATTACHED, "bodies"):
             yield from _wrong(place, lambda item=item: item.made(mesh))
+        nodes = [*mesh.nodes, *(body.centre.value for body in self.bodies)]
         for name, probe in self.probes.items():
             yield from _wrong(f"probes.{name}", lambda probe=probe: probe.made(mesh))
         for name, point in self.points.items():
             yield from _wrong(f"points.{name}",
-                              lambda point=point: node_at(mesh.nodes, point.value))
+                              lambda point=point: node_at(nodes, point.value))
         if self.parameters and self.parameters.thickness_at:
             yield from _wrong("parameters.thickness_at", lambda: self._thickness(mesh))
 
@@ -562,6 +569,7 @@ class ModelFile(Strict):
                          supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
                          damping=self.damping and self.damping.made(),
                          cyclic=self.cyclic and self.cyclic.made(), joints=joints,
+                         bodies=[body.made(mesh) for body in self.bodies],
                          sections=self._sections(mesh), **values, **options)
         if self.motion is None:
             return shell
@@ -614,7 +622,7 @@ class ModelFile(Strict):
             rows += [(f"{load.name} {name}", *columns(given)) for name in ("density", "velocity")
                      if (given := getattr(load, name))]
         rows += [(f"{place} {name}", *columns(given)) for place, item in (
-            *self._listed(*ATTACHED, "joints", "drives"), ("damping", self.damping or ()),
+            *self._listed(*ATTACHED, "bodies", "joints", "drives"), ("damping", self.damping or ()),
             *((f"probe {name}", probe) for name, probe in self.probes.items()))
             for name, given in item if isinstance(given, Sourced)]
         rows += [(f"point {name}", *columns(s)) for name, s in self.points.items()]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import TINY, distinct, existing, floats, positive, text, vector
+from ..checks import TINY, distinct, existing, floats, integers, positive, text, vector
 from ..errors import InputError
 from ..fields import put
 from .directors import Directors
@@ -46,10 +46,8 @@ class RigidBody:
         put(self, mass=positive(f"{what}: mass", self.mass, "kg"),
             centre=vector(f"{what}: centre", self.centre, "m"),
             inertia=vector(f"{what}: inertia", self.inertia, "kg m^2"))
-        if len(tuple(self.nodes)):
-            put(self, nodes=distinct(f"{what}: nodes", self.nodes))
-        else:
-            put(self, nodes=())
+        carried = integers(f"{what}: nodes", self.nodes)
+        put(self, nodes=carried and distinct(f"{what}: nodes", carried))
         if min(self.spread) < -1e-9 * max(self.inertia) or min(self.inertia) < TINY:
             raise InputError(f"{what}: moments of inertia {self.inertia} belong to no body: each "
                              "must be positive and at most the sum of the other two")
@@ -95,7 +93,7 @@ def check_bodies(bodies, nodes, quads):
                              "nodes are those of bodies; Model.of adds them)")
         for node in body.nodes:
             if node in carried:
-                raise InputError(f"node {node} is carried by {carried[node]} and {body.name}")
+                raise InputError(f"body {body.name}: {carried[node]} carries node {node} as well")
             carried[node] = body.name
     if bodies and quads.max() >= first:
         raise InputError(f"bodies: the last {len(bodies)} nodes are theirs, elements have node "

@@ -98,7 +98,8 @@ class Turning:
             put(self, **{name: not_negative(f"{what}: {name}", getattr(self, name), unit)})
         put(self, rest=number(f"{what}: rest", self.rest, "rad"),
             torque=number(f"{what}: torque", self.torque, "N m"),
-            history=history_of(self.history), turning=history_of(self.turning))
+            **{name: history_of(getattr(self, name), f"{what}: {name}")
+               for name in ("history", "turning")})
         if self.stops is not None:
             stops = numbers(f"{what}: stops", self.stops)
             if len(stops) != 2 or not stops[0] < stops[1] or not stops[0] <= 0.0 <= stops[1]:

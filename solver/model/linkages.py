@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..checks import distinct, existing, integer, number, shown, vector
+from ..checks import TINY, distinct, existing, integer, number, shown, text, vector
 from ..errors import InputError
 from ..fields import put
 from .bodies import GROUND
@@ -21,14 +21,14 @@ NONE = np.zeros((0, 2), dtype=np.int64)
 
 def _end(name, value):
     """A node, a body or the ground."""
-    return value if isinstance(value, str) and value else integer(name, value)
+    return text(name, value) if isinstance(value, str) else integer(name, value)
 
 
 def _axis(name, value):
     """A direction, as a unit vector."""
     axis = np.array(vector(name, value))
     length = np.linalg.norm(axis)
-    if length == 0.0:
+    if length < TINY:
         raise InputError(f"{name} must not be zero")
     return tuple((axis / length).tolist())
 
@@ -119,7 +119,7 @@ class Revolute(_Axial, Turning):
     def __post_init__(self):
         super().__post_init__()
         self._check_turning(self._what)
-        put(self, driving=history_of(self.driving))
+        put(self, driving=history_of(self.driving, f"{self._what}: driving"))
         if self.angle is not None:
             put(self, angle=number(f"{self._what}: angle", self.angle, "rad"))
             if self.acts:

@@ -275,10 +275,10 @@ def _axes(axes):
     return tuple(map(tuple, (left @ right).tolist()))
 
 
-def history_of(history):
+def history_of(history, name="history"):
     """A ``FunctionOfTime``."""
     if not isinstance(history, FunctionOfTime):
-        raise InputError("history must be a TimeFunction, Steps, Harmonic or Expression, is "
+        raise InputError(f"{name} must be a TimeFunction, Steps, Harmonic or Expression, is "
                          f"{shown(history)}")
     return history
 

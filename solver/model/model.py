@@ -30,7 +30,14 @@ from ..kernels.arguments import Elements
 from ..kernels.lanes import zeros
 from ..names import listed
 from ..signatures import Vector, checked
-from .attached import ATTACHED, Damping, GroundSpring, add_masses, check_attached
+from .attached import (
+    ATTACHED,
+    Damping,
+    GroundSpring,
+    PointMass,
+    add_masses,
+    check_attached,
+)
 from .bodies import GROUND, RigidBody, check_bodies, with_bodies
 from .constants import (
     MEMBRANE_FIELDS,
@@ -196,6 +203,8 @@ class Model:
         check_velocities(self.joints, self.velocity)
         if self.damping is not None:
             instance("damping", self.damping, Damping)
+        if self.bodies:
+            self._check_beside_bodies()
         self._check_loads()
         self._check_supports()
         self._check_normal_velocity()
@@ -551,6 +560,20 @@ class Model:
         if not load.along_normal and plates == 1:
             raise InputError(f"load {k}: node {load.node} is smooth, it does not turn about its "
                              "normal: give a number, the force along the normal")
+
+    def _check_beside_bodies(self):
+        """What acts on elements alone is refused where bodies have a part of the mass."""
+        if self.damping is not None and self.damping.mass > 0.0:
+            raise InputError("damping: mass acts on the shell alone, a model with rigid bodies "
+                             "takes stiffness")
+        for k, load in enumerate(self.loads):
+            if isinstance(load, Centrifugal):
+                raise InputError(f"load {k}: centrifugal forces act on the shell alone, the model "
+                                 "has rigid bodies")
+        for k, item in enumerate(self.attached):
+            if item.node >= len(self.nodes) - len(self.bodies) and isinstance(item, PointMass):
+                raise InputError(f"attached[{k}]: node {item.node} is that of a rigid body: give "
+                                 "the body this mass")
 
     def _check_supports(self):
         motions, axes = {}, {}

@@ -128,14 +128,15 @@ class Stresses:
         not mixed.  Those of node i are rows ``model.directors.first[i]`` to ``first[i + 1] - 1``.
 
         x is that of the first element around the node, along the surface; what the others have is
-        turned into its direction, so that a curved surface loses nothing.
+        turned into its direction, so that a curved surface loses nothing.  Rows of rigid bodies,
+        the last ones, are zero, with the global axes and the last thickness.
         """
         if self.vertices is None:
             return self
         order = np.argsort(self.vertices, axis=None, kind="stable")
         uses = np.bincount(self.vertices.ravel())
         begins = np.cumsum(uses) - uses
-        axes = _axes(self.axes[order[begins] // 4, 0], self.directors)
+        axes = _axes(self.axes[order[begins] // 4, 0], self.directors[:len(uses)])
 
         def mean(values):
             return np.add.reduceat(values.reshape(len(order), -1)[order], begins) / uses[:, None]
@@ -145,6 +146,10 @@ class Stresses:
         n, m = (mean(turned(values[:, None], along)) for values in (self.n, self.m))
         q = mean(turned_vector(self.q[:, None], along))
         thickness = mean(np.repeat(self.thickness, 4))[:, 0]
+        if bodies := len(self.directors) - len(uses):
+            n, m, q = (np.pad(values, ((0, bodies), (0, 0))) for values in (n, m, q))
+            axes = np.concatenate([axes, np.broadcast_to(np.eye(3), (bodies, 3, 3))])
+            thickness = np.pad(thickness, (0, bodies), "edge")
         return replace(self, n=n, m=m, q=q, axes=axes, thickness=thickness, vertices=None)
 
 

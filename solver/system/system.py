@@ -341,7 +341,8 @@ class System:
             found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
         if self.linked:
             found[:, 3] += self.linked.about_axes()
-            for number in np.unique(self.linked.owners):
+            owners = self.linked.owners
+            for number in np.unique(owners[owners < len(found)]):
                 found[number, :3] = self.linked.on(number)[0]
         return found
 

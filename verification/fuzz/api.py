@@ -56,6 +56,7 @@ def table(folder):
     NAMED.write(folder / "plate.inp", overwrite=True)
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
+    joint = {"one": "hub", "other": 0, "at": UP, "name": "neck"}
     files = {"output": None, "overwrite": False, "resume": False}
     return {
         Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL,
@@ -63,7 +64,7 @@ def table(folder):
                  "velocity": np.zeros((6, 3)), "normal_velocity": np.zeros((6, 3)),
                  "membrane": "stress", "shear": "mitc4", "fold_angle": 45.0, "patches": [0, 0],
                  "attached": [corovec.PointMass(0, 1.0)], "damping": corovec.Damping(1.0),
-                 "sections": (), "cyclic": None},
+                 "sections": (), "cyclic": None, "joints": (), "bodies": ()},
         corovec.PointMass: {"node": 0, "mass": 1.0, "inertia": 0.1},
         corovec.Spring: {"node": 0, "other": 1, "stiffness": 1.0, "length": 1.0},
         corovec.GroundSpring: {"node": 0, "stiffness": (1.0, 1.0, 1.0), "turning": 1.0},
@@ -80,6 +81,18 @@ def table(folder):
                          "stop_stiffness": 1.0, "lock": 0.5, "lock_stiffness": 1.0,
                          "lock_damping": 0.1, "torque": 1.0, "history": PUSH, "name": "root"},
         corovec.Spherical: {"nodes": (0, 6), "name": "corner"},
+        corovec.RigidBody: {"name": "hub", "mass": 1.0, "inertia": (1.0, 1.0, 1.0), "centre": UP,
+                            "nodes": (0, 3), "axes": np.eye(3)},
+        corovec.Ball: joint,
+        corovec.Revolute: {**joint, "axis": UP, "angle": None, "driving": PUSH, "stiffness": 1.0,
+                           "rest": 0.1, "turning": PUSH, "damping": 0.1, "stops": (-1.0, 1.0),
+                           "stop_stiffness": 1.0, "lock": 0.5, "lock_stiffness": 1.0,
+                           "lock_damping": 0.1, "torque": 1.0, "history": PUSH},
+        corovec.Cylindrical: {**joint, "axis": UP},
+        corovec.Prismatic: {**joint, "axis": UP},
+        corovec.Universal: {**joint, "axis": UP, "other_axis": (1.0, 0.0, 0.0)},
+        corovec.RigidLink: {**joint, "to": (1.0, 0.0, 0.0)},
+        corovec.Tie: {"nodes": (0, 3), "line": (6, 7), "name": "seam"},
         corovec.cut: {"mesh": NAMED, "start": (1.0, 0.0, 0.0), "end": (1.0, 1.0, 0.0)},
         corovec.Cyclic: {"sectors": 4, "axis": (0.0, 0.0, 1.0), "about": UP},
         corovec.symmetry_plane: {"nodes": (0, 3), "normal": (1.0, 0.0, 0.0)},
