@@ -19,6 +19,8 @@ from corovec import (
     NodalLoad,
     Ply,
     PointMass,
+    RigidBody,
+    RigidLink,
     Scheme,
     Section,
     Settings,
@@ -42,6 +44,7 @@ MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 
          "supports": [Support((0,), ("x",))], "normals": [(0.6, 0.0, 0.8)] * 4,
          "velocity": np.ones((4, 3)), "normal_velocity": [(1, 0, 0)] * 4, "membrane": "strain",
          "shear": "compatible", "attached": [PointMass(0, 1.0)], "damping": Damping(mass=1.0),
+         "joints": [RigidLink(0, 2)],
          "sections": [Section(Laminate([Ply(Lamina.isotropic(1.0, 0.3, 1.0), 0.1)]))]}
 
 
@@ -69,7 +72,8 @@ def test_every_setting_changes_the_hash(owner, name):
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Model) if field.name not in
-                                  ("fold_angle", "patches", "directors", "pairs", "cyclic")])
+                                  ("fold_angle", "patches", "directors", "pairs", "cyclic",
+                                                 "bodies")])
 def test_every_part_of_the_model_changes_the_hash(name):
     assert key(**{name: MODEL[name]}) != key()
 
@@ -77,6 +81,12 @@ def test_every_part_of_the_model_changes_the_hash(name):
 def test_a_sector_has_another_hash():
     sector = {"nodes": [(1, 0, 0), (2, 0, 0), (0, 2, 0), (0, 1, 0)]}
     assert key(**sector, cyclic=Cyclic(4)) != key(**sector)
+
+
+def test_a_body_changes_the_hash():
+    nodes = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1)]
+    assert len({key(nodes=nodes, bodies=[RigidBody("a", mass, (1, 1, 1), (0, 0, 1))])
+                for mass in (1.0, 2.0)}) == 2
 
 
 def test_where_plates_meet_changes_the_hash():

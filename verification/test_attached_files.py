@@ -280,7 +280,7 @@ Q = "[histories]\nq = { times = [0.0], values = [1.0], unit = 'm' }\n"
      "supports[0] and drives[0] give x different displacements"),
     ("[probes]\na = { energy = 'roof' }", "probes.a: group 'roof' is unknown, must be one of"),
     ("[probes]\na = { energy = 'all', axes = [1, 0, 0] }", "probes.a: axes belong to stress"),
-    ("[probes]\na = {}", "probes.a: one of stress, energy is needed, none is given"),
+    ("[probes]\na = {}", "probes.a: one of stress, energy, joint is needed, none is given"),
     ("[probes]\n'a b' = { energy = 'all' }", "probes.a b: a name is letters, digits and _"),
     ("[probes]\na = { stress = [0, 0, 0], axes = [0, 0, 1] }",
      "probes.a: axes (0.0, 0.0, 1.0) are no direction in the surface of element 0"),

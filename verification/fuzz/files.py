@@ -54,10 +54,10 @@ def places(path):
 
 def assert_same_start(contents, reference, described=True):
     """As the reference, or, with fewer steps, as its first ones."""
-    for name in ("description", "n_steps") if described else ("n_steps",):
+    for name in ("description", "n_steps", "memory") if described else ("n_steps",):
         assert contents[name] == reference[name], name
     assert len(contents["history"]) == contents["step"] + 1
-    for name in reference.keys() - {"description", "n_steps", "step"}:
+    for name in reference.keys() - {"description", "n_steps", "step", "memory"}:
         assert np.array_equal(contents[name], reference[name][:len(contents[name])]), name
 
 
