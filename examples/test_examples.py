@@ -249,7 +249,11 @@ CHECKS = (box, campbell, chain, fifty, flapping, free_plate, panel, postbuckling
           satellite, shaken, snap_through, solar_array, t_junction, wing)
 
 
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+LONG = (chain, flapping, solar_array)
+
+
+@pytest.mark.parametrize("check", [pytest.param(check, id=check.__name__, marks=[
+    pytest.mark.slow] if check in LONG else []) for check in CHECKS])
 def test_example(check, tmp_path):
     picture = tmp_path / f"{check.__name__}.png"
     check(pictures.run(check.__name__, picture))

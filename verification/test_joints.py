@@ -145,6 +145,7 @@ def test_moments_that_are_no_discrete_gradient_lose_energy(kind, monkeypatch):
     assert drifts(run(chain(**MOMENTS[kind])))[0] > 1e5 * ROUNDED
 
 
+@pytest.mark.slow
 def test_each_moment_acts():
     """The moments of ``MOMENTS`` do what they are there for, else nothing would be tested."""
     ends = {kind: run(chain(**moments)) for kind, moments in MOMENTS.items()}
@@ -192,6 +193,7 @@ def test_what_a_damper_takes_is_what_is_lost():
     assert np.abs(energy[0] - energy - lost).max() < ROUNDED * energy[0]
 
 
+@pytest.mark.slow
 def test_a_parted_run_ends_in_the_same_bits(tmp_path):
     """Angles, and whether a latch holds, are part of a checkpoint."""
     class Ended(Exception):

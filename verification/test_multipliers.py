@@ -93,7 +93,11 @@ KINDS["one body"]["bodies"] = [RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0
                                           - 0.5) < 1e-9)])]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+SAMPLE = ("one body", "revolute", "latch", "driven from the ground")
+
+
+@pytest.mark.parametrize("kind", [kind if kind in SAMPLE else pytest.param(
+    kind, marks=pytest.mark.slow) for kind in KINDS])
 def test_energy_and_momenta(kind):
     """Energy is work to rounding error, and momenta are impulses, with every joint."""
     model = wings(**KINDS[kind])
@@ -139,7 +143,8 @@ def missed(system, state):
     return off.max(), np.abs(rates).max() / np.abs(state.velocity[system.translations]).max()
 
 
-@pytest.mark.parametrize("kind", ["one body", "revolute", "prismatic", "link", "ground"])
+@pytest.mark.parametrize("kind", ["link", *(pytest.param(kind, marks=pytest.mark.slow) for kind in (
+    "one body", "revolute", "prismatic", "ground"))])
 def test_constraints_and_rates(kind):
     worst = np.max([missed(*at) for at in steps(wings(**KINDS[kind]), 0.02, 60)], axis=0)
     assert worst[0] < 1e-13 and worst[1] < 1e-12
@@ -156,6 +161,7 @@ def test_rates_need_impulses(monkeypatch):
     assert max(worst) > 1e-5
 
 
+@pytest.mark.slow
 def test_gradients_at_the_end_gain_energy(monkeypatch):
     """Constraint forces along the gradient at the end of a step do work."""
     class AtEnd(Multipliers):
@@ -170,6 +176,7 @@ def test_gradients_at_the_end_gain_energy(monkeypatch):
     assert np.abs(energy - history["external_work"]).max() > 1e-6 * energy.max()
 
 
+@pytest.mark.slow
 def test_second_order():
     """Distance from a run with a small step falls as dt^2."""
     def tip(dt):
@@ -192,6 +199,7 @@ def alone(bodies, joints=(), **options):
     return Model.of(small(), 1e-3, 1e6, 0.3, 1e-3, bodies=bodies, joints=joints, **options)
 
 
+@pytest.mark.slow
 def test_free_top():
     """An asymmetric body that tumbles about its middle axis follows Euler's equations."""
     inertia, spin = np.array([2.0, 3.0, 4.0]), np.array([0.05, 2.0, 0.02])
@@ -254,6 +262,7 @@ def test_double_pendulum():
     assert errors[1] < 1e-4 and 3.8 < errors[0] / errors[1] < 4.2
 
 
+@pytest.mark.slow
 def test_tie():
     """Plates with edges that do not match move as one plate does."""
     def tip(model, place):

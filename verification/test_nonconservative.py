@@ -202,6 +202,7 @@ def test_drag_only_feels_the_normal_component_and_the_relative_velocity():
         assert result.history["load"][1] == pytest.approx([0.0, 0.0, expected], abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_follower_force_turns_with_the_node(scheme):
     """Nodes that are driven round: the force is R f, of constant size, at a smooth node and at a
@@ -274,6 +275,7 @@ def test_follower_force_at_a_tip_in_statics():
     assert np.abs(dead.displacement[-1, tip] - result.displacement[-1, tip]).max() > 0.2
 
 
+@pytest.mark.slow
 def test_drag_in_statics():
     """Nothing at rest in a medium at rest; in a wind that of a pressure ``rho C u^2/2`` along the
     normals of a plate that hardly bends."""
@@ -310,6 +312,7 @@ def spring(t, x, v, p, stiffness=0.0):
     return -stiffness * x
 
 
+@pytest.mark.slow
 def test_iteration_under_a_user_force_converges_linearly():
     """The matrix does not know of it: more corrections are needed the stiffer it is beside ``2
     m/dt^2``, and a stiff one fails; energy is work whatever it is."""
@@ -467,6 +470,7 @@ class Caller:
         return self.size * p
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_moments_and_loads_together_with_supports(scheme):
     """A clamped plate under everything: forces and moments balance at its supports."""
