@@ -97,7 +97,8 @@ def run(model, scheme=EXACT, dt=0.02, end=2.0, **options):
         return simulate(model, Settings(dt=dt, end_time=end, scheme=scheme), **options)
 
 
-@pytest.mark.parametrize("kind", MOMENTS)
+@pytest.mark.parametrize("kind", [kind if kind in ("spring", "latch") else pytest.param(
+    kind, marks=pytest.mark.slow) for kind in MOMENTS])
 def test_chain_conserves(kind):
     """Energy, works and losses, and both momenta; what is joined stays so to the last bit."""
     model = chain(**MOMENTS[kind])

@@ -82,7 +82,8 @@ def missed(result):
     return np.abs(off).max() / energy.max()
 
 
-@pytest.mark.parametrize("kind", LOADS)
+@pytest.mark.parametrize("kind", [kind if kind == "drag" else pytest.param(
+    kind, marks=pytest.mark.slow) for kind in LOADS])
 def test_energy_is_work(kind):
     """To rounding error in the exact scheme, 300 steps; by quasi of second order in dt.  The load
     counts: without it the energy is another."""
@@ -121,7 +122,7 @@ SHELLS = {
 }
 
 
-@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize("moves", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shell", SHELLS)
 def test_matrix_is_the_derivative(shell, moves):
     """At a state with strains and turned normals, at rest and in a step; of drag by positions and
