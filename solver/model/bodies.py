@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import TINY, distinct, existing, floats, integers, positive, text, vector
+from ..checks import TINY, distinct, existing, integers, positive, text, vector
 from ..errors import InputError
 from ..fields import put
 from .directors import Directors
+from .loads import axes_of
 
 
 @dataclass(frozen=True)
@@ -51,13 +52,7 @@ class RigidBody:
         if min(self.spread) < -1e-9 * max(self.inertia) or min(self.inertia) < TINY:
             raise InputError(f"{what}: moments of inertia {self.inertia} belong to no body: each "
                              "must be positive and at most the sum of the other two")
-        if self.axes is not None:
-            rows = floats(f"{what}: axes", self.axes, (3, 3))
-            unit = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), TINY)
-            if np.abs(unit @ unit.T - np.eye(3)).max() > 1e-6:
-                raise InputError(f"{what}: axes must be three orthogonal vectors")
-            left, _, right = np.linalg.svd(unit)
-            put(self, axes=tuple(map(tuple, (left @ right).tolist())))
+        put(self, axes=axes_of(f"{what}: axes", self.axes))
 
     @property
     def spread(self):

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..errors import InputError
 from ..signatures import Vector, checked
-from .mesh import edge_keys, element_edges, line_nodes, node_at
+from .mesh import beside_line, edge_keys, element_edges, line_nodes, node_at
 from .meshes import Mesh
 
 SAME = 1e-6
@@ -108,11 +108,9 @@ def _sides(mesh, start, end):
     """Edges of plates along a straight line, each a tuple of nodes from its start to its end; the
     one with elements on its left first."""
     start, end = (mesh.nodes[node_at(mesh.nodes, point)] for point in (start, end))
-    length = np.linalg.norm(end - start)
-    if length == 0.0:
+    if np.array_equal(start, end):
         return []
-    along = (mesh.nodes - start) @ (end - start) / length
-    off = np.linalg.norm(mesh.nodes - start - along[:, None] * (end - start) / length, axis=1)
+    along, off, length = beside_line(mesh.nodes, start, end)
     small = SAME * np.ptp(mesh.nodes, axis=0).max()
     on = (off <= small) & (along >= -small) & (along <= length + small)
     edges = element_edges(mesh.quads)

@@ -192,6 +192,8 @@ def check_joints(joints, nodes, quads):
         InputError: names and nodes that do not exist or repeat, nodes that are not at one place or
             belong to one element, an edge that is no straight line.
     """
+    if not joints:
+        return
     names = names_of(joints)
     for name in names:
         if names.count(name) > 1:
@@ -218,7 +220,7 @@ def check_joints(joints, nodes, quads):
         group[members] = members[0]
     ordered = np.sort(group[quads], axis=1)
     several = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
-    if joints and len(several):
+    if len(several):
         raise InputError(f"joints: element {several[0]}, nodes {quads[several[0]].tolist()}, has "
                          "two nodes that move together")
 

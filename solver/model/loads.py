@@ -145,7 +145,8 @@ class Support:
         components = tuple(choice("support: component", c, COMPONENTS) for c in given)
         put(self, nodes=distinct("support: nodes", self.nodes), components=components,
             displacement=number("support: displacement", self.displacement, "m"),
-            history=history_of(self.history), axes=_axes(self.axes))
+            history=history_of(self.history),
+            axes=axes_of("support: axes", self.axes))
         if self.displacement != 0.0 and not set(components) <= set("xyz"):
             raise InputError("support: a displacement can be prescribed to x, y and z only, not "
                              f"to {', '.join(components)}")
@@ -259,16 +260,16 @@ def shares_of_area(nodes, quads):
     return list(zip(loaded.tolist(), shares[loaded].tolist()))
 
 
-def _axes(axes):
+def axes_of(name, axes):
     """Rows of orthogonal axes, as unit vectors; None for the global ones."""
     if axes is None:
         return None
-    rows = floats("support: axes", axes, (3, 3))
+    rows = floats(name, axes, (3, 3))
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     unit = rows / np.where(lengths > 0.0, lengths, 1.0)
     off = np.abs(unit @ unit.T - np.eye(3)).max()
     if off > RIGHT_ANGLE:
-        raise InputError(f"support: axes must be three orthogonal vectors, are off by {off:.2g}")
+        raise InputError(f"{name} must be three orthogonal vectors, are off by {off:.2g}")
     if np.array_equal(unit, np.eye(3)):
         return None
     left, _, right = np.linalg.svd(unit)  # orthogonal to rounding: the nearest that are

@@ -90,12 +90,9 @@ def line_nodes(nodes: Nodes, quads, start: Vector, end: Vector):
     """
     quads = node_numbers(quads, len(nodes))
     first, last = node_at(nodes, start), node_at(nodes, end)
-    chord = nodes[last] - nodes[first]
-    length = np.linalg.norm(chord)
     if first == last:
         raise InputError(f"a line from node {first} to itself")
-    along = (nodes - nodes[first]) @ chord / length
-    off = np.linalg.norm(nodes - nodes[first] - along[:, None] * chord / length, axis=1)
+    along, off, length = beside_line(nodes, nodes[first], nodes[last])
     near = MERGE * length + ROUNDING * np.abs(nodes[[first, last]]).max()
     on = np.flatnonzero((off <= near) & (along >= -near) & (along <= length + near))
     line = on[np.argsort(along[on])]
@@ -104,6 +101,15 @@ def line_nodes(nodes: Nodes, quads, start: Vector, end: Vector):
         raise InputError(f"no mesh line from {nodes[first].tolist()} to {nodes[last].tolist()}: "
                          f"no element edge joins nodes {lack[0]} and {lack[1]}")
     return line
+
+
+def beside_line(nodes, start, end):
+    """How far along the line from ``start`` to ``end`` nodes (n, 3) are, and how far beside it,
+    (n,) each, and its length [m]."""
+    chord = end - start
+    length = np.linalg.norm(chord)
+    along = (nodes - start) @ chord / length
+    return along, np.linalg.norm(nodes - start - along[:, None] * chord / length, axis=1), length
 
 
 def not_joined(quads, line):

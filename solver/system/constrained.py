@@ -62,20 +62,17 @@ class Band:
 
     def __init__(self, solver, T):
         full = solver.matrix().copy()
-        full.data[:] = 1.0
         order = np.argsort(T.tocsc().indices[T.tocsc().indptr[:-1]], kind="stable")
         self.T = T.tocsr()[:, order]
         self._values = len(solver.values)
         full.data[:] = np.arange(full.nnz)
-        self._source = solver.sources
-        self._entries = full.tocoo()
-        rows, columns = self._pairs()[:2]
-        self.width = int(np.max(rows - columns, initial=0))
+        self._parts = self._pairs(full.tocoo(), solver.sources)
+        self.width = int(np.max(self._parts[0] - self._parts[1], initial=0))
 
-    def _pairs(self):
+    def _pairs(self, full, sources):
         """Rows and columns of the reduced lower triangle to which entries of K contribute, their
-        factors, and places of these entries in the values."""
-        i, j = self._entries.coords
+        factors, and places of these entries in the values; in ``full`` their numbers."""
+        i, j = full.coords
         pointer, sizes = self.T.indptr, np.diff(self.T.indptr)
         counts = sizes[i] * sizes[j]
         entry = np.repeat(np.arange(len(i)), counts)
@@ -84,14 +81,14 @@ class Band:
         b = pointer[j[entry]] + number % sizes[j[entry]]
         rows, columns = self.T.indices[a], self.T.indices[b]
         lower = rows >= columns
-        source = self._source[self._entries.data[entry[lower]].astype(np.int64)]
+        source = sources[full.data[entry[lower]].astype(np.int64)]
         return (rows[lower].astype(np.int64), columns[lower].astype(np.int64),
                 (self.T.data[a] * self.T.data[b])[lower], source)
 
     def sums(self):
         """(n (width + 1), n_values) what values add to the columns of the band, one after
         another."""
-        rows, columns, factors, source = self._pairs()
+        rows, columns, factors, source = self._parts
         places = columns * (self.width + 1) + rows - columns
         shape = self.T.shape[1] * (self.width + 1), self._values
         return coo_array((factors, (places, source)), shape=shape).tocsr()

@@ -17,13 +17,9 @@ class Viscous:
     def __init__(self, model, translations):
         self._translations = translations
         self._given, self._floating = model.damping, not model.grounded
-        quads, mass = model.quads, model.elements.mass
-        n = len(model.nodes)
-        rows = np.repeat(quads, 4, axis=1).ravel()
-        columns = np.tile(quads, (1, 4)).ravel()
-        self._mass = csr_array((mass.ravel(), (rows, columns)), shape=(n, n))
+        self._mass = consistent_mass(model)
         self._lumped = model.nodal_mass
-        self._k_b = apart(model.elements.k_b, len(quads))
+        self._k_b = apart(model.elements.k_b, len(model.quads))
 
     def damped(self, step, dt):
         """``arguments.Factors`` of a step of length dt [s] with damping."""
@@ -47,9 +43,7 @@ class Viscous:
         """(n_nodes, 3) of the mass part [N]."""
         state, step, delta = iterate[:3]
         translations = self._translations
-        rate = (step.rate_delta * delta - step.rate_velocity * state.velocity
-                - step.rate_acceleration * state.acceleration)
-        v = rate[translations]
+        v = iterate.rates[translations]
         if self._floating:
             x = state.x + state.x_low + (1.0 - step.alpha_f) * delta[translations]
             v = v - self._rigid(x, self._mass @ v)
@@ -112,6 +106,13 @@ class Dissipation:
             state.lags[:, 0] = self._most * np.divide(increment, mean, where=mean > 0.0,
                                                       out=np.zeros_like(mean))
         return lost
+
+
+def consistent_mass(model):
+    """(n_nodes, n_nodes) consistent mass of the shell [kg], sparse."""
+    quads, n = model.quads, len(model.nodes)
+    places = np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel()
+    return csr_array((model.elements.mass.ravel(), places), shape=(n, n))
 
 
 def strains(start):

@@ -9,7 +9,7 @@ from ..kernels.calls import Call
 from ..model.joints import shares_of_edge
 from .failure import NotConverged
 from .state import blank_state
-from .turning import follow
+from .turning import nearest
 
 
 class Angle:
@@ -26,9 +26,7 @@ class Angle:
 
     def __call__(self, state, p, last):
         """The mean angle [rad] at a state with normals p, within half a turn of the ``last``."""
-        found = self._measured(state, p)
-        return float(self._share @ (found + 2.0 * np.pi * np.round((last - found)
-                                                                   / (2.0 * np.pi))))
+        return float(self._share @ nearest(self._measured(state, p), last))
 
     def _measured(self, state, p):
         self._angles(self._edges, self._directors, state.motion, p, self._found)
@@ -95,8 +93,8 @@ class Hinges:
 
     def follow(self, state, p):
         """Angles of a ``state`` with the normals p."""
-        n = len(self.cells)
-        follow(self._measured(state, p) - self._initial, state.hinges[:n, hinges.ANGLE])
+        last = state.hinges[:len(self.cells), hinges.ANGLE]
+        last[:] = nearest(self._measured(state, p) - self._initial, last)
 
     def add_forces(self, dofs, iterate, start, end, motors, slacks, forces):
         """Add the forces at an iterate to ``forces`` (n_dof,); ``start`` and ``end``: normals

@@ -38,6 +38,13 @@ class Iterate(NamedTuple):
     p: np.ndarray | None = None
     A1: np.ndarray | None = None
 
+    @property
+    def rates(self):
+        """(n_dof,) U_dot there [m/s, 1/s]."""
+        state, step = self.state, self.step
+        return (step.rate_delta * self.delta - step.rate_velocity * state.velocity
+                - step.rate_acceleration * state.acceleration)
+
 
 class DeadLoads:
     """Nodal forces, weight, and moments about fixed axes, by their functions of time; forces of

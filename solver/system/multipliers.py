@@ -36,8 +36,10 @@ from ..model.linkages import (
     Tie,
     Universal,
 )
+from .damping import consistent_mass
+from .driven import INSTANT
 from .failure import NotConverged
-from .turning import follow
+from .turning import nearest
 
 DEPENDENT = 1e-9
 """Smallest eigenvalue of the constraints' scaled matrix ``G M^-1 G^T`` below which they depend on
@@ -56,9 +58,6 @@ RATES = 1e-9
 
 SMALL = 1e-8
 """Sine of a change of angle below which its ratio to the sine is one."""
-
-INSTANT = 1e-4
-"""Part of a step over which rates of drives are differences."""
 
 LEAST = 1e-12
 """Stiffness of a moment, in those of inertia, below which it is a given one."""
@@ -114,8 +113,7 @@ class _Rows:
             self._vector(end, axis)
             i = self.node(end)
             return [(np.zeros(3), [(i, 0.0, e)]) for e in np.eye(3)[:2]]
-        side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        side /= np.linalg.norm(side)
+        side = _side(axis)
         return [self._vector(end, side), self._vector(end, np.cross(axis, side))]
 
     def _axes(self, *ends):
@@ -154,8 +152,7 @@ class _Rows:
                                      "know turns about its normal, a moment or an angle needs "
                                      "bodies")
             across = self._across(joint.one, joint.axis)
-            side = np.cross(joint.axis, np.eye(3)[np.argmin(np.abs(joint.axis))])
-            arm = self._vector(joint.other, side / np.linalg.norm(side))
+            arm = self._vector(joint.other, _side(joint.axis))
             self.angles.append((self._owner, arm, *across))
 
     def _universal(self, joint):
@@ -169,9 +166,9 @@ class _Rows:
 
     def _prismatic(self, joint):
         self._cylindrical(joint)
-        side = np.cross(joint.axis, np.eye(3)[np.argmin(np.abs(joint.axis))])
-        self._add(self._vector(joint.one, side / np.linalg.norm(side)),
-                  self._vector(joint.other, np.cross(joint.axis, side) / np.linalg.norm(side)))
+        side = _side(joint.axis)
+        self._add(self._vector(joint.one, side),
+                  self._vector(joint.other, np.cross(joint.axis, side)))
 
     def _link(self, joint):
         nodes, places = self._model.nodes, (joint.at, joint.to)
@@ -249,6 +246,12 @@ class _Rows:
 _ROWS = {Ball: _Rows._ball, Revolute: _Rows._revolute, Universal: _Rows._universal,
          Cylindrical: _Rows._cylindrical, Prismatic: _Rows._prismatic, RigidLink: _Rows._link,
          Tie: _Rows._tie}
+
+
+def _side(axis):
+    """A direction at right angles to an axis."""
+    side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    return side / np.linalg.norm(side)
 
 
 def _difference(one, other):
@@ -422,9 +425,8 @@ class Multipliers:
         if len(self._places):
             self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                         self._u[1], self._d[1])
-            last = state.hinges[self._places, hinges.ANGLE]
-            follow(self._angles(self._u[1]) - self._initial, last)
-            state.hinges[self._places, hinges.ANGLE] = last
+            at = self._places, hinges.ANGLE
+            state.hinges[at] = nearest(self._angles(self._u[1]) - self._initial, state.hinges[at])
 
     def begin(self, state):
         """Start a step from a ``state``: no forces yet."""
@@ -603,24 +605,22 @@ def _inverse_mass(system, dofs):
     turns have the lumped inertia of the exact scheme."""
     model, numbering, coordinates = system.model, system.numbering, system.coordinates
     start, n_rot, first = numbering.start, numbering.n_rot, model.directors.first
-    quads, masses = model.quads, model.elements.mass
-    rows, columns, values = [], [], []
-    for c in range(3):
-        rows.append(start[np.repeat(quads, 4, axis=1).ravel()] + c)
-        columns.append(start[np.tile(quads, (1, 4)).ravel()] + c)
-        values.append(masses.ravel())
-        for node, mass in model.body_masses:
-            rows.append([start[node] + c])
-            columns.append([start[node] + c])
-            values.append([mass])
-    body, inertia = coordinates.nodes.body, coordinates.inertia
-    for i in range(len(model.nodes)):
-        at, n = np.arange(first[i], first[i + 1]), n_rot[i]
-        J = sum(inertia[d] * (np.eye(3) - np.outer(body[d], body[d])) for d in at)
-        J = np.array([[J[1, 1], -J[1, 0]], [-J[0, 1], J[0, 0]]]) if n == 2 else J
-        rows.append(start[i] + 3 + np.repeat(np.arange(n), n))
-        columns.append(start[i] + 3 + np.tile(np.arange(n), n))
-        values.append(J.ravel())
+    bodies, body_masses = np.array(model.body_masses).reshape(-1, 2).T
+    bodies, mass = bodies.astype(np.int64), consistent_mass(model).tocoo()
+    i, j, own = (np.concatenate(parts) for parts in (
+        (mass.coords[0], bodies), (mass.coords[1], bodies), (mass.data, body_masses)))
+    rows = [start[i] + c for c in range(3)]
+    columns = [start[j] + c for c in range(3)]
+    values = [own] * 3
+    b = coordinates.nodes.body
+    J = np.add.reduceat(coordinates.inertia[:, None, None] * (
+        np.eye(3) - b[:, :, None] * b[:, None, :]), first[:-1])
+    for n, axes in ((2, np.array([[0, 1, 0], [-1, 0, 0]])), (3, np.eye(3))):  # see ``spins.basis``
+        at = np.flatnonzero(n_rot == n)
+        dofs_of = start[at][:, None] + 3 + np.arange(n)
+        rows.append(np.repeat(dofs_of, n, axis=1).ravel())
+        columns.append(np.tile(dofs_of, (1, n)).ravel())
+        values.append((axes @ J[at] @ axes.T).ravel())
     M = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
                   shape=(numbering.n_dof,) * 2).tocsc()
     if coordinates.constraints:

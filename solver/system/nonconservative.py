@@ -105,8 +105,7 @@ class UserForces:
         state, step, delta = iterate.state, iterate.step, iterate.delta
         at = dofs.nodes.start[:, None] + np.arange(3)
         x = state.x + (state.x_low + (1.0 - step.alpha_f) * delta[at])
-        v = (step.rate_delta * delta - step.rate_velocity * state.velocity
-             - step.rate_acceleration * state.acceleration)[at]
+        v = iterate.rates[at]
         for load, (factor, time) in zip(self._loads, factors, strict=True):
             if factor == 0.0:
                 continue

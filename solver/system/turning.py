@@ -44,6 +44,7 @@ class Turnings:
         self.constants = np.array([_constants(model.joints[k], share) for k, share in zip(
             self.joints, self._shares)]).reshape(-1, 9)
         self._energy = Call(hinges.energy)
+        self._numbers, self._place_of = np.unique(self.joints, return_inverse=True)
 
     def __bool__(self):
         return len(self.joints) > 0
@@ -58,8 +59,8 @@ class Turnings:
         return self._each(lambda joint: joint.rest and joint.rest * value(joint.turning))
 
     def _each(self, of):
-        values = {number: of(self._given[number]) for number in np.unique(self.joints).tolist()}
-        return np.array([values[number] for number in self.joints.tolist()], dtype=float)
+        values = [of(self._given[number]) for number in self._numbers]
+        return np.array(values, dtype=float)[self._place_of]
 
     def latch(self, state):
         """Latches hold from where their joint has been at their angle."""
@@ -91,9 +92,9 @@ class Turnings:
         return self._energy(self.constants[at], state.hinges[at])
 
 
-def follow(angles, last):
-    """Move the angles ``last`` (n,) to others [rad], each within half a turn."""
-    last[:] = angles + 2.0 * np.pi * np.round((last - angles) / (2.0 * np.pi))
+def nearest(angles, last):
+    """``angles`` (n,) by whole turns nearest to the ``last`` ones [rad]."""
+    return angles + 2.0 * np.pi * np.round((last - angles) / (2.0 * np.pi))
 
 
 def _constants(joint, share):
