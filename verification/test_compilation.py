@@ -1,4 +1,4 @@
-"""Kernels are compiled once, by two processes, and whatever becomes of the second one."""
+"""Kernels are compiled once, by several processes, and whatever becomes of those beside."""
 
 import os
 import pickle
@@ -16,23 +16,26 @@ from numba.core.registry import CPUDispatcher as Dispatcher
 from corovec import Settings, simulate, warm_up
 from corovec.solver import compilation, kernels
 from corovec.solver.kernels import assembly, nodes, observation, transport, updates
+from corovec.solver.system.system import System
 from corovec.verification.models import rectangle, spinning
 
 
-def test_the_second_process_compiles_the_kernel_that_assembles():
+@pytest.mark.parametrize("kind", compilation.ASSEMBLING)
+def test_a_process_beside_compiles_the_kernel_that_assembles(kind):
     """Its command ends well and tells a folder with the kernel's index and code."""
-    warm_up()
+    warm_up(exact=True)
     run = subprocess.run([sys.executable, "-c",
                           "from corovec.solver.compilation import compile_assembly; "
-                          "compile_assembly()"], capture_output=True, text=True, check=True)
-    endings = {path.suffix for path in Path(run.stdout.strip()).glob(compilation.ASSEMBLY)}
+                          f"compile_assembly({kind.__name__!r})"],
+                         capture_output=True, text=True, check=True)
+    endings = {path.suffix for path in Path(run.stdout.strip()).glob(compilation._files_of(kind))}
     assert endings == {".nbi", ".nbc"}
 
 
 def test_its_files_are_moved(tmp_path, monkeypatch):
     """What it compiled is in the common folder afterwards, its own cache is gone."""
     commands = []
-    (tmp_path / "beside-of-a-killed-one").mkdir()
+    (tmp_path / "beside-System-of-a-killed-one").mkdir()
 
     class Process(subprocess.Popen):
         def __init__(self, command, env, **options):
@@ -44,7 +47,7 @@ def test_its_files_are_moved(tmp_path, monkeypatch):
             super().__init__([sys.executable, "-c", f"print({str(own)!r})"], env=env, **options)
 
     monkeypatch.setattr(subprocess, "Popen", Process)
-    with compilation._assembly_beside(tmp_path):
+    with compilation._assembly_beside(tmp_path, System):
         pass
     assert "compile_assembly" in commands[0][-1]
     assert sorted(path.name for path in tmp_path.iterdir()) == [
@@ -53,7 +56,7 @@ def test_its_files_are_moved(tmp_path, monkeypatch):
 
 def test_a_second_process_that_fails_loses_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "executable", "false")
-    with compilation._assembly_beside(tmp_path):
+    with compilation._assembly_beside(tmp_path, System):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -63,13 +66,13 @@ def test_a_second_process_ends_with_the_first(tmp_path):
     code = ("import os, signal, subprocess; from pathlib import Path\n"
             "from corovec.solver import compilation; popen = subprocess.Popen\n"
             "subprocess.Popen = lambda *command, stderr, **options: popen(*command, **options)\n"
-            f"with compilation._assembly_beside(Path({str(tmp_path)!r})):\n"
+            f"with compilation._assembly_beside(Path({str(tmp_path)!r}), compilation.System):\n"
             "    os.kill(os.getpid(), signal.SIGKILL)")
     # the pipe ends when the last process that can write to it has ended
     ended = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, timeout=20.0)
     assert ended.returncode == -signal.SIGKILL
     left = [path for path in tmp_path.iterdir() if path.name.startswith(compilation.BESIDE)]
-    with pytest.raises(KeyboardInterrupt), compilation._assembly_beside(tmp_path):
+    with pytest.raises(KeyboardInterrupt), compilation._assembly_beside(tmp_path, System):
         assert left and not any(path.exists() for path in left)
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
