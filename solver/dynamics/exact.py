@@ -121,7 +121,7 @@ class ExactIteration(Iteration):
         differs = not system.linked  # multipliers change with every solution
         stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow and differs
         first = last = 0.0
-        slower = 1.0
+        slower, ended = 1.0, False
         own = products = most = 0
         for k in count():
             delta = self._assemble(problem, delta, correction, new)
@@ -144,9 +144,9 @@ class ExactIteration(Iteration):
             record.work_ratio = work / first if first > 0.0 else 0.0
             left = work / last if last > 0.0 else 1.0
             # how fast it converges, the slower of two ratios tells: rigid parts vanish at once
-            ended = work * min(max(left, slower), 1.0) <= floor or (
+            ended = (ended and k > 1) or work * min(max(left, slower), 1.0) <= floor or (
                 fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))
-            if k and ended and (not system.linked or system.linked.closed()):
+            if k and ended and (not system.linked or system.linked.closed(observed.kinetic)):
                 kept.stale = k - max(made, 0) > kept.patience
                 if slow:
                     self._slow = most > FEW_PRODUCTS

@@ -53,6 +53,9 @@ CLOSED = 1e-7
 """Part of the size of its vectors by which a constraint may be off before the last correction,
 which squares it."""
 
+SETTLED = 1e-13
+"""Part of the energy that the last correction of a drive's moment may change its work by."""
+
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
 
@@ -328,6 +331,7 @@ class Multipliers:
         self._moments = Call(moments)
         self.forces, self.off, self._give = np.zeros((3, m))
         self._n = np.zeros(self._hard)
+        self._drive, self._moved = (0.0, 0.0), np.zeros(self._hard - self._m)
         if m:
             self._inverse = _inverse_mass(system, self.dofs)
             self._inverse_here = self._inverse[self.dofs]
@@ -434,6 +438,7 @@ class Multipliers:
         u, d = self._u[0], self._d[0]
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
         self._G_0 = self._rows(state.chart, u, d, *self._weights(u))[:self._hard]
+        self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
         self._root = _root(self._mobility(self._G_0))
         self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
 
@@ -446,6 +451,8 @@ class Multipliers:
         rates[self._m:] -= driven.before
         sizes[self._m:] += np.abs(driven.before)
         missed = np.abs(rates) - RATES * sizes
+        # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
+        missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
         k = int(np.argmax(missed))
         if missed[k] > 0.0:
             raise InputError(f"{self._names()[self.owners[k]]}: the initial velocities of what it "
@@ -538,6 +545,7 @@ class Multipliers:
         n, places = len(self._driven), self._places
         angle = state.hinges[places, hinges.ANGLE] + change
         self.off[self._m:self._hard] = angle[:n] - driven.angle
+        self._moved = driven.angle - state.hinges[places[:n], hinges.ANGLE]
         places, found = places[n:], np.empty((len(places) - n, 2))
         if len(places):
             self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
@@ -561,9 +569,16 @@ class Multipliers:
         return np.linalg.solve(self._G_1 @ self._inverse_here @ self._impulse + self._root_1,
                                missed)
 
-    def closed(self):
-        """Whether the constraints hold, but for what the next correction mends."""
-        return bool(np.all(np.abs(self.off) <= CLOSED * self._scale))
+    def closed(self, energy):
+        """Whether the constraints hold, but for what the next correction mends, and the work of
+        drives is settled, for an ``energy`` of the motion [J], or gets no better.
+
+        What is left of the residual does no work where constraints stay, but on what a drive moves.
+        """
+        change, last = self._drive
+        work = np.abs(self.forces[self._m:self._hard] @ self._moved)
+        return bool(np.all(np.abs(self.off) <= CLOSED * self._scale) and (
+            change <= SETTLED * (energy + work) or change > 0.5 * last))
 
     def columns(self):
         """(m, n_dof) rows of ``G_m``, what supports leave free."""
@@ -578,6 +593,8 @@ class Multipliers:
         matrix[np.diag_indices(len(matrix))] += self._give
         change = np.linalg.solve(matrix, self._D @ moved + self.off)
         self.forces += change
+        drives = slice(self._m, self._hard)
+        self._drive = np.abs(change[drives]) @ np.abs(self._moved), self._drive[0]
         return change
 
     def settle(self, state, delta, driven):
@@ -591,7 +608,7 @@ class Multipliers:
         before, after = (solve_triangular(root.T, n, lower=False)
                          for root in (self._root, self._root_1))
         state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
-        return float(work + driven.before @ before[self._m:] - driven.after @ after[self._m:])
+        return float(work + self._rates_0 @ before[self._m:] - driven.after @ after[self._m:])
 
 
 def _root(S):
