@@ -34,6 +34,7 @@ from corovec import (
     solve_linear,
     total_energy,
 )
+from corovec.solver.kernels import hinges
 from corovec.solver.model.cutting import apart
 from corovec.solver.model.mesh import node_at
 from corovec.solver.system.joints import Hinges
@@ -97,7 +98,7 @@ def run(model, scheme=EXACT, dt=0.02, end=2.0, **options):
         return simulate(model, Settings(dt=dt, end_time=end, scheme=scheme), **options)
 
 
-@pytest.mark.parametrize("kind", [kind if kind in ("spring", "latch") else pytest.param(
+@pytest.mark.parametrize("kind", [kind if kind in ("spring table", "latch") else pytest.param(
     kind, marks=pytest.mark.slow) for kind in MOMENTS])
 def test_chain_conserves(kind):
     """Energy, works and losses, and both momenta; what is joined stays so to the last bit."""
@@ -133,7 +134,7 @@ def test_corners_that_turn_freely():
     assert result.directors[n] @ result.directors[0] < 0.99
 
 
-@pytest.mark.parametrize("kind", ["spring", "servo", "stops", "latch", "motor"])
+@pytest.mark.parametrize("kind", ["spring", "servo", "spring table", "stops", "latch", "motor"])
 def test_moments_that_are_no_discrete_gradient_lose_energy(kind, monkeypatch):
     """The derivative at the end of the step instead, which is right to first order."""
     add_forces = Hinges.add_forces
@@ -153,7 +154,7 @@ def test_each_moment_acts():
     for kind, result in ends.items():
         lost = result.history["dissipated"]
         assert np.all(np.diff(lost) >= 0.0)
-        assert (lost[-1] > 1e-3) == (kind in ("damper", "latch")), kind
+        assert (lost[-1] > 1e-3) == (kind in ("damper", "damper table", "latch")), kind
         moved = np.abs(result.displacement - ends["free"].displacement).max()
         assert kind == "free" or moved > 0.01, kind
 
@@ -213,6 +214,79 @@ def test_a_parted_run_ends_in_the_same_bits(tmp_path):
     assert 0 < read(parted)["step"] < 230
     simulate(model, given, output=parted, resume=True)
     assert_same_bits(whole, parted)
+
+
+# ------------------------------------------------------------------ tables
+
+
+TABLE = {"spring_angles": (-0.5, -0.1, 0.3, 1.0), "spring_moments": (-4.0, 1.0, 2.0, 1.5)}
+DAMPER = {"damper_rates": (-2.0, 0.0, 1.0), "damper_moments": (-3.0, 0.0, 2.0)}
+
+
+def of_table(before, after, rest=(0.0, 0.0), dt=0.1, **tables):
+    """Moment in a step, its derivative by the angle after, the energies at both ends and what is
+    lost, of the whole of a hinge by the solver's kernels."""
+    turnings = Turnings(chain(2, (2, 1), **tables))
+    constants = np.ascontiguousarray(turnings.constants[:1])
+    states = np.array([[[angle, 0.0, slack]] for angle, slack in zip((before, after), rest)])
+    found, done = np.empty((1, 2)), np.empty((1, 2))
+    hinges.moments(constants, states[0], np.array([rest[1]]), np.array([after]), 0.5, 1.0 / dt,
+                   found)
+    hinges.done(constants, states[0], states[1], dt, done)
+    energies = [hinges.energy(constants, state) for state in states]
+    return 2.0 * np.array([*found[0], *energies, done[0, 1]])  # each node has half of the edge
+
+
+@given(st.floats(-2.0, 2.0), st.one_of(st.floats(-2.0, 2.0), st.floats(-1e-9, 1e-9)),
+       st.floats(-1.0, 1.0))
+@settings(max_examples=100)
+def test_a_table_is_a_discrete_gradient(before, change, slack):
+    """Its moment in a step takes from the energy just what it does, through kinks and beyond ends;
+    the energy is the integral of the table."""
+    after = before + change
+    moment, _, first, last, _ = of_table(before, after, (slack, slack), **TABLE)
+    assert abs(moment * (after - before) + last - first) < 1e-15 * 30.0  # of energies up to 8 J
+    x = np.linspace(0.0, after - slack, 100001)
+    values = np.interp(x, TABLE["spring_angles"], TABLE["spring_moments"])
+    assert last == pytest.approx(np.trapezoid(values, x), abs=1e-8)
+
+
+def test_the_middle_of_a_table_does_other_work():
+    """Of a step over a kink, where the discrete gradient is exact."""
+    before, after = -0.5, 0.7
+    moment, _, first, last, _ = of_table(before, after, **TABLE)
+    middle = -np.interp(0.5 * (before + after), TABLE["spring_angles"], TABLE["spring_moments"])
+    assert abs(moment * (after - before) + last - first) < ROUNDING
+    assert abs(middle * (after - before) + last - first) > 0.5
+
+
+@pytest.mark.parametrize(("before", "after"), [(-1.0, 2.0), (2.0, -1.0), (-0.3, 0.1), (0.0, 0.2),
+                                               (0.3, 0.3), (-0.1, 1.5), (0.5, -0.3)])
+def test_the_derivative_of_a_table(before, after):
+    step, tables = 1e-6, {**TABLE, **DAMPER}
+    found = of_table(before, after, **tables)
+    ends = [of_table(before, after + sign * step, **tables)[0] for sign in (-1.0, 1.0)]
+    slope = -(ends[1] - ends[0]) / (2.0 * step)
+    assert found[1] == pytest.approx(slope, abs=1e-4) or before == after
+
+
+def test_what_the_table_of_a_damper_takes():
+    """The moment at the mean rate, on the whole way; at rest nothing."""
+    for change in (-0.3, -0.1, 0.0, 0.05, 0.3):
+        moment, _, _, _, lost = of_table(0.2, 0.2 + change, **DAMPER)
+        wanted = np.interp(change / 0.1, DAMPER["damper_rates"], DAMPER["damper_moments"])
+        assert moment == pytest.approx(-wanted) and lost == pytest.approx(wanted * change)
+        assert lost >= 0.0
+
+
+def test_a_line_is_a_table():
+    """A table through a line is a spring, and a damper, to rounding, in flight."""
+    line = dict(stiffness=3.0, damping=0.5)
+    table = dict(spring_angles=(-9.0, 9.0), spring_moments=(-27.0, 27.0),
+                 damper_rates=(-90.0, 90.0), damper_moments=(-45.0, 45.0))
+    one, other = (run(chain(2, rest=0.5, **kind), end=0.5) for kind in (line, table))
+    assert np.abs(one.displacement - other.displacement).max() < 1e-10
+    assert np.abs(one.displacement).max() > 1e-3
 
 
 # ------------------------------------------------------------------ what joints do
@@ -347,6 +421,9 @@ def test_a_cantilever_with_a_torsion_spring():
         bent = 1e-6 * 2.0**3 / (3.0 * 1e9 * 0.05**3 / 12.0) + 1e-6 * 2.0 / (
             5.0 / 6.0 * 0.5e9 * 0.05)
         assert np.isclose(tips[k], bent + 1e-6 / k, rtol=0.005)
+        slope = {"spring_angles": (-1.0, 0.0, 1.0), "spring_moments": (-k, 0.0, k)}
+        table = replace(model, joints=[replace(model.joints[0], stiffness=0.0, **slope)])
+        assert np.isclose(solve_linear(table).displacement[tip, 2], tips[k], rtol=1e-8)
     assert np.isclose(tips[50.0] - tips[200.0], 1e-6 * (1.0 / 50.0 - 1.0 / 200.0), rtol=1e-8)
 
 
@@ -511,6 +588,17 @@ MISTAKES = {
     "latch at the start": (lambda: two(lock=0.0, lock_stiffness=1.0),
                            "hinge h1: lock must not be the initial angle 0: that is no joint"),
     "latch without stiffness": (lambda: two(lock=1.0), "lock_stiffness must be positive"),
+    "tables": (lambda: two(spring_angles=(0.0, 1.0)), "h1: 2 spring_angles but 0 spring_moments"),
+    "short table": (lambda: two(damper_rates=(1.0,), damper_moments=(1.0,)),
+                    "h1: damper_rates must be two or more, one is given"),
+    "falling table": (lambda: two(spring_angles=(0.0, 1.0, 0.5), spring_moments=(0.0, 1.0, 2.0)),
+                      r"spring_angles must rise, spring_angles\[2\] = 0.5 follows 1"),
+    "no damper": (lambda: two(damper_rates=(-1.0, 1.0), damper_moments=(-1.0, -0.5)),
+                  r"damper_moments\[1\] = -0.5 N m drives the motion at 1 rad/s"),
+    "sticking damper": (lambda: two(damper_rates=(-1.0, 1.0), damper_moments=(-1.0, 3.0)),
+                        "damper_moments must be zero at rest, are 1 N m there"),
+    "table of words": (lambda: two(spring_angles=("a", "b"), spring_moments=(0.0, 1.0)),
+                       r"h1: spring_angles\[0\] must be a number"),
     "no joint": (lambda: replace(chain(2), joints=["h1"]), r"joints\[0\] must be one of Spherical"),
     "unjoined": (lambda: replace(chain(2), joints=()), "nodes 2 and 1[0-9] are at the same place"),
     "missing node": (lambda: two(others=(90, 91, 92)), "h1: node 90 does not exist"),

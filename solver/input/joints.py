@@ -24,8 +24,10 @@ from .values import Line, Name, NotNegative, Number, Point, Positive, Strict, in
 NONE = Field(0.0, validate_default=True)
 End = Name | Point
 Three = tuple[Positive, Positive, Positive]
+Numbers = tuple[Number, ...]
 
-MOMENT = ("stiffness", "rest", "turning", "damping", "stops", "stop_stiffness", "lock",
+MOMENT = ("stiffness", "rest", "turning", "spring_angles", "spring_moments", "damping",
+          "damper_rates", "damper_moments", "stops", "stop_stiffness", "lock",
           "lock_stiffness", "lock_damping", "torque", "history")
 """Fields of what turns a joint."""
 
@@ -100,7 +102,11 @@ class JointOf(Strict):
         stiffness: of a torsion spring [N m/rad].
         rest: angle at which it is slack [rad].
         turning: name of the function of time that multiplies ``rest``: the spring is a servo then.
+        spring_angles: of the table of a spring, counted from ``rest``, rising [rad].
+        spring_moments: there [N m].
         damping: of a damper [N m s/rad].
+        damper_rates: of the table of a damper, rising [rad/s].
+        damper_moments: there [N m].
         stops: the smallest and the largest angle [rad].
         stop_stiffness: of springs beyond these [N m/rad].
         lock: angle at which a latch holds [rad].
@@ -126,7 +132,11 @@ class JointOf(Strict):
     stiffness: in_unit("N m/rad", NotNegative) = NONE
     rest: in_unit("rad", Number) = NONE
     turning: Name | None = None
+    spring_angles: in_unit("rad", Numbers) | None = None
+    spring_moments: in_unit("N m", Numbers) | None = None
     damping: in_unit("N m s/rad", NotNegative) = NONE
+    damper_rates: in_unit("rad/s", Numbers) | None = None
+    damper_moments: in_unit("N m", Numbers) | None = None
     stops: in_unit("rad", tuple[Number, Number]) | None = None
     stop_stiffness: in_unit("N m/rad", Positive) | None = None
     lock: in_unit("rad", Number) | None = None

@@ -24,8 +24,13 @@ from .vectors import cross, dot
 SMALL_TANGENT = 1e-3
 """Tangent of a change of angle below which its ratio to the sine is a series."""
 
-K, REST, DAMPING, LEAST, MOST, STOP, LOCK, LOCK_K, LOCK_DAMPING = range(9)
-"""Columns of the constants of a hinge: of its spring, damper, stops and latch."""
+K, REST, DAMPING, LEAST, MOST, STOP, LOCK, LOCK_K, LOCK_DAMPING, OF_SPRING, OF_DAMPER = range(11)
+"""Columns of the constants of a hinge: of its spring, damper, stops and latch; numbers of points of
+the tables of its spring and its damper, which follow: their places, values there and integrals from
+zero."""
+
+TABLES = OF_DAMPER + 1
+"""First column of the tables."""
 
 ANGLE, LOCKED, SLACK = range(3)
 """Columns of the state of a hinge: its angle [rad], whether its latch holds, and the angle at which
@@ -91,6 +96,47 @@ def _slope_change(stiffness, limit, side, before, after, weight):
 
 
 @internal
+def _in_table(own, first, n, x):
+    """Value, integral from zero and slope at x of a table of n points from a column ``first`` on;
+    constant beyond both ends."""
+    last = first + n - 1
+    if x <= own[first]:
+        return own[first + n], own[first + 2 * n] + own[first + n] * (x - own[first]), 0.0
+    if x >= own[last]:
+        return own[last + n], own[last + 2 * n] + own[last + n] * (x - own[last]), 0.0
+    i = first
+    while x >= own[i + 1]:
+        i += 1
+    slope = (own[i + n + 1] - own[i + n]) / (own[i + 1] - own[i])
+    d = x - own[i]
+    return own[i + n] + slope * d, own[i + 2 * n] + (own[i + n] + 0.5 * slope * d) * d, slope
+
+
+@internal
+def _table_mean(own, first, n, before, after, weight):
+    """``(V_1 - V_0) / (after - before)`` of the integral V of a table, and its derivative by
+    ``after``; of equal ends the value, and ``weight`` times the slope.
+
+    Sums over what lies between the points: nothing cancels however small the change is.
+    """
+    value, _, slope = _in_table(own, first, n, after)
+    change = after - before
+    low, high = min(before, after), max(before, after)
+    if not high > low:
+        return value, weight * slope
+    mean, turn, a = 0.0, 0.0, low
+    at, _, _ = _in_table(own, first, n, low)
+    for i in range(first, first + n + 1):
+        b = high if i == first + n else min(own[i], high)
+        if b > a:
+            other, _, _ = _in_table(own, first, n, b)
+            mean += 0.5 * (at + other) * (b - a)
+            turn += (other - at) * (0.5 * (a + b) - before)
+            a, at = b, other
+    return mean / (high - low), turn / (change * abs(change))
+
+
+@internal
 def _side(own):
     """Of which kind of limit the latch is."""
     return 1.0 if own[LOCK] > 0.0 else -1.0
@@ -98,8 +144,8 @@ def _side(own):
 
 @kernel
 def energy(constants, states):
-    """Energy of springs, stops and latches [J], of hinges with ``constants`` (n, 9) and ``states``
-    (n, 3)."""
+    """Energy of springs, stops and latches [J], of hinges with ``constants`` (n, 11 or more) and
+    ``states`` (n, 3)."""
     total = 0.0
     for k in range(constants.shape[0]):
         own, angle = constants[k], states[k, ANGLE]
@@ -109,6 +155,9 @@ def energy(constants, states):
         total += 0.5 * (own[K] * (angle - states[k, SLACK])**2 + own[LOCK_K] * pressed**2
                         + own[STOP] * (_beyond(angle, own[LEAST], -1.0)**2
                                        + _beyond(angle, own[MOST], 1.0)**2))
+        n = int(own[OF_SPRING])
+        if n > 0:
+            total += _in_table(own, TABLES, n, angle - states[k, SLACK])[1]
     return total
 
 
@@ -122,6 +171,16 @@ def _moment(own, state, before, after, slack, weight, rate):
     moment -= _slope(own[STOP], own[LEAST], -1.0, before, after)
     moment -= _slope(own[STOP], own[MOST], 1.0, before, after)
     stiffness = weight * own[K]
+    n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
+    if n > 0:
+        start = after - slack if weight == 1.0 else before - state[SLACK]
+        pull, less = _table_mean(own, TABLES, n, start, after - slack, weight)
+        moment -= pull
+        stiffness += less
+    if m > 0:
+        pull, _, less = _in_table(own, TABLES + 3 * n, m, rate * change)
+        moment -= pull
+        stiffness += less * rate
     stiffness += _slope_change(own[STOP], own[LEAST], -1.0, before, after, weight)
     stiffness += _slope_change(own[STOP], own[MOST], 1.0, before, after, weight)
     if state[LOCKED] > 0.0:
@@ -171,7 +230,7 @@ def add_hinge_forces(nodes, edges, directors, owners, constants, states, moments
         nodes: ``Nodes``.
         edges: (n, 2) nodes at both ends of the edge around each place of a hinge.
         directors: (n, 2) normals of the plates there; owners: (n, 2) their nodes.
-        constants: (n, 9) see ``K`` and the others.
+        constants: (n, 11 or more) see ``K`` and the others.
         states: (n, 3) at the start of the step.
         moments: (n,) of motors [N m].
         slacks: (n,) angles at which springs are slack at the end [rad].
@@ -250,3 +309,21 @@ def moments(constants, states, slacks, after, weight, rate, found):
     for k in range(constants.shape[0]):
         found[k, 0], found[k, 1] = _moment(constants[k], states[k], states[k, ANGLE], after[k],
                                            slacks[k], weight, rate)
+
+
+@kernel
+def done(constants, before, after, dt, found):
+    """Moments of springs in a step of length dt between the states ``before`` and ``after`` (n, 3),
+    and what dampers took, into ``found`` (n, 2) [N m], [J]."""
+    for k in range(constants.shape[0]):
+        own, change = constants[k], after[k, ANGLE] - before[k, ANGLE]
+        start, end = before[k, ANGLE] - before[k, SLACK], after[k, ANGLE] - after[k, SLACK]
+        damping = own[DAMPING]
+        if before[k, LOCKED] > 0.0:
+            damping += own[LOCK_DAMPING]
+        found[k, 0], found[k, 1] = 0.5 * own[K] * (start + end), damping * change**2 / dt
+        n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
+        if n > 0:
+            found[k, 0] += _table_mean(own, TABLES, n, start, end, 0.5)[0]
+        if m > 0:
+            found[k, 1] += _in_table(own, TABLES + 3 * n, m, change / dt)[0] * change

@@ -23,6 +23,12 @@ STRAIGHT = 1e-6
 PLACE = 1e-6
 """How far apart joined nodes may lie, in the spacing of the hinge or sizes of the shell."""
 
+ROUNDING = 1e-12
+"""Part of the moments of a damper's table by which the one at rest may miss zero."""
+
+NEAR = 1e-6
+"""Change of angle [rad] by which a spring given as a table shows whether it holds."""
+
 PARALLEL = 0.1
 """Largest cosine between the axis of a hinge and the normals of its plates."""
 
@@ -59,6 +65,9 @@ class Turning:
 
         ``M = torque h(t) - stiffness (angle - rest g(t)) - damping d angle/dt - stops - latch``.
 
+    A spring or a damper may be a table instead, or besides: moments that hold back at angles, counted
+    from ``rest g(t)``, and at rates; linear between its points and constant beyond both ends.
+
     A stop is a spring of ``stop_stiffness`` beyond its angle.  A latch is a stop at the angle
     ``lock`` that also holds back, once the joint has been there: it then is a spring of
     ``lock_stiffness`` about that angle, with ``lock_damping``.
@@ -67,7 +76,11 @@ class Turning:
         stiffness: [N m/rad].
         rest: angle at which the spring is slack [rad].
         turning: ``FunctionOfTime`` g that multiplies ``rest``: the spring is a servo then.
+        spring_angles: of the table of a spring, rising [rad].
+        spring_moments: there [N m].
         damping: [N m s/rad].
+        damper_rates: of the table of a damper, rising [rad/s].
+        damper_moments: there, zero at rest and never with the motion [N m].
         stops: the smallest and the largest angle [rad]; None for none.
         stop_stiffness: [N m/rad].
         lock: angle of the latch [rad]; None for none.
@@ -81,7 +94,11 @@ class Turning:
     stiffness: float = 0.0
     rest: float = 0.0
     turning: FunctionOfTime = CONSTANT
+    spring_angles: tuple = ()
+    spring_moments: tuple = ()
     damping: float = 0.0
+    damper_rates: tuple = ()
+    damper_moments: tuple = ()
     stops: tuple = None
     stop_stiffness: float = 0.0
     lock: float = None
@@ -100,6 +117,7 @@ class Turning:
             torque=number(f"{what}: torque", self.torque, "N m"),
             **{name: history_of(getattr(self, name), f"{what}: {name}")
                for name in ("history", "turning")})
+        self._check_tables(what)
         if self.stops is not None:
             stops = numbers(f"{what}: stops", self.stops)
             if len(stops) != 2 or not stops[0] < stops[1] or not stops[0] <= 0.0 <= stops[1]:
@@ -113,11 +131,40 @@ class Turning:
                 raise InputError(f"{what}: lock must not be the initial angle 0: that is no joint")
             positive(f"{what}: lock_stiffness", self.lock_stiffness, "N m/rad")
 
+    def _check_tables(self, what):
+        for places, values in (("spring_angles", "spring_moments"),
+                               ("damper_rates", "damper_moments")):
+            x, m = (numbers(f"{what}: {name}", getattr(self, name)) for name in (places, values))
+            put(self, **{places: x, values: m})
+            if len(x) != len(m):
+                raise InputError(f"{what}: {len(x)} {places} but {len(m)} {values}")
+            if len(x) == 1:
+                raise InputError(f"{what}: {places} must be two or more, one is given")
+            for k, (one, other) in enumerate(zip(x, x[1:])):
+                if not one < other:
+                    raise InputError(f"{what}: {places} must rise, {places}[{k + 1}] = {other:g} "
+                                     f"follows {one:g}")
+        x, m = self.damper_rates, self.damper_moments
+        for k, (rate, moment) in enumerate(zip(x, m)):
+            if rate * moment < 0.0:
+                raise InputError(f"{what}: damper_moments[{k}] = {moment:g} N m drives the motion "
+                                 f"at {rate:g} rad/s: its sign must be that of the rate")
+        if x and abs(np.interp(0.0, x, m)) > ROUNDING * max(map(abs, m)):
+            raise InputError(f"{what}: damper_moments must be zero at rest, are "
+                             f"{np.interp(0.0, x, m):g} N m there")
+
     @property
     def acts(self):
         """Whether it has a moment."""
         return bool(self.stiffness or self.damping or self.stops or self.torque
-                    or self.lock is not None)
+                    or self.spring_angles or self.damper_rates or self.lock is not None)
+
+    @property
+    def springs_back(self):
+        """Whether a spring, of a table too, holds it where it is at first."""
+        before, after = np.interp((-self.rest - NEAR, -self.rest + NEAR),
+                                  self.spring_angles or (0.0,), self.spring_moments or (0.0,))
+        return bool(self.stiffness > 0.0 or after > before)
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def _joined_motions(model, joint, part, column, centres):
         return found
 
     rows = [motion(one) - motion(other) for one, other in joint.tied]
-    if isinstance(joint, Hinge) and joint.stiffness > 0.0:
+    if isinstance(joint, Hinge) and joint.springs_back:
         one, other = (column[part[i]] for i in joint.tied[0])
         axis = model.nodes[joint.nodes[-1]] - model.nodes[joint.nodes[0]]
         row = np.zeros((1, 6 * len(column)))

@@ -78,6 +78,8 @@ class ExactSystem(System):
         parts += np.abs(self.nodal.dx).max() * self._stiffness
         fastest = np.abs(state.velocity[self.translations]).max()
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
+        if self.linked:
+            self.linked.pass_on(parts)
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))
 
     def initial_state(self, start=None, accelerations=False):

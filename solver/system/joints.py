@@ -85,7 +85,7 @@ class Hinges:
         self._on_rotations, self._found = np.zeros((n, 6)), np.zeros(n)
         self._add_forces = Call(hinges.add_hinge_forces)
         self._add_stiffness = Call(hinges.add_hinge_stiffness)
-        self._angles = Call(hinges.angles)
+        self._angles, self._moments = Call(hinges.angles), Call(hinges.moments)
         self._initial = self._measured(blank_state(model.nodes, 0), model.normals).copy()
 
     def __bool__(self):
@@ -115,12 +115,15 @@ class Hinges:
         """Add their stiffness in the iterate whose forces were added last."""
         self._add_stiffness(dofs, storage, self.cells, self._on_rotations, values, skew)
 
-    def linear(self, dofs, motion):
-        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from the state
-        whose forces were added last."""
+    def linear(self, dofs, state, motion):
+        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from a ``state``,
+        whose forces were added before."""
         at = (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
         g, change = self._on_rotations[:, :4], np.zeros_like(motion)
-        turned = self._constants[:, hinges.K] * np.sum(g * motion[at], axis=1)
+        own, found = state.hinges[:len(self.cells)], np.empty((len(self.cells), 2))
+        self._moments(self._constants, own, own[:, hinges.SLACK].copy(),
+                      own[:, hinges.ANGLE].copy(), 1.0, 0.0, found)
+        turned = found[:, 1] * np.sum(g * motion[at], axis=1)
         np.subtract.at(change, at, turned[:, None] * g)
         return change
 

@@ -580,6 +580,13 @@ class Multipliers:
         return bool(np.all(np.abs(self.off) <= CLOSED * self._scale) and (
             change <= SETTLED * (energy + work) or change > 0.5 * last))
 
+    def pass_on(self, parts):
+        """Add to sizes of forces (n_dof,), whose rounding error the residual has, what joints carry
+        of them to other ends, as to bodies, which have no stiffness of their own."""
+        G = np.abs(self._G_m)
+        largest = (G * parts[self.dofs]).max(axis=1, initial=0.0)
+        parts[self.dofs] += (largest / np.maximum(np.sum(G * G, axis=1), TINY)) @ G
+
     def columns(self):
         """(m, n_dof) rows of ``G_m``, what supports leave free."""
         rows = np.zeros((len(self.owners), len(self._inverse)))

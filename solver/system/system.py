@@ -363,7 +363,7 @@ class System:
         are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
         if self.hinges:
-            change += self.hinges.linear(self.dofs, motion)
+            change += self.hinges.linear(self.dofs, state, motion)
         size = np.abs(self.lengths * motion).max()
         if self._springs and size > 0.0:
             part = SMALL * self.model.size / size

@@ -41,9 +41,11 @@ class Turnings:
                                 *numbers[False]], dtype=np.int64)
         self.hinges = sum(map(len, shares))
         self._shares = np.concatenate([*shares, np.ones(len(numbers[False]))])
-        self.constants = np.array([_constants(model.joints[k], share) for k, share in zip(
-            self.joints, self._shares)]).reshape(-1, 9)
-        self._energy = Call(hinges.energy)
+        rows = [_constants(model.joints[k], share) for k, share in zip(self.joints, self._shares)]
+        self.constants = np.zeros((len(rows), max(map(len, rows), default=hinges.TABLES)))
+        for constants, row in zip(self.constants, rows):
+            constants[:len(row)] = row
+        self._energy, self._done = Call(hinges.energy), Call(hinges.done)
         self._numbers, self._place_of = np.unique(self.joints, return_inverse=True)
 
     def __bool__(self):
@@ -73,14 +75,11 @@ class Turnings:
 
     def turned(self, before, state, motors, dt):
         """``Turned`` in a step of length dt [s] between two states."""
-        k, slack = self.constants[:, hinges.K], hinges.SLACK
         change = state.hinges[:, hinges.ANGLE] - before.hinges[:, hinges.ANGLE]
-        moved = state.hinges[:, slack] - before.hinges[:, slack]
-        pull = 0.5 * k * (state.hinges[:, hinges.ANGLE] + before.hinges[:, hinges.ANGLE]
-                          - state.hinges[:, slack] - before.hinges[:, slack])
-        damping = (self.constants[:, hinges.DAMPING]
-                   + before.hinges[:, hinges.LOCKED] * self.constants[:, hinges.LOCK_DAMPING])
-        return Turned(motors * change - pull * moved, damping * change**2 / dt)
+        moved = state.hinges[:, hinges.SLACK] - before.hinges[:, hinges.SLACK]
+        found = np.empty((len(change), 2))
+        self._done(self.constants, before.hinges, state.hinges, dt, found)
+        return Turned(motors * change - found[:, 0] * moved, found[:, 1])
 
     def by_joint(self, values):
         """Sums (n_joints,) of values (n,) at places."""
@@ -101,6 +100,23 @@ def _constants(joint, share):
     """The constants of one place of a joint, to which a ``share`` of it belongs."""
     least, most = joint.stops or (-math.inf, math.inf)
     lock = math.inf if joint.lock is None else joint.lock
+    tables = [(joint.spring_angles, joint.spring_moments),
+              (joint.damper_rates, joint.damper_moments)]
     return [share * joint.stiffness, joint.rest, share * joint.damping, least, most,
             share * joint.stop_stiffness, lock, share * joint.lock_stiffness,
-            share * joint.lock_damping]
+            share * joint.lock_damping, *(len(places) for places, _ in tables),
+            *(number for places, values in tables for number in _table(places, values, share))]
+
+
+def _table(places, values, share):
+    """Places, ``share`` of the values there, and their integrals from zero, of a table that is
+    constant beyond its ends; of none nothing."""
+    if not places:
+        return []
+    x, m = np.array(places), share * np.array(values)
+    sums = np.r_[0.0, np.cumsum(0.5 * (m[1:] + m[:-1]) * np.diff(x))]
+    inside = np.clip(0.0, x[0], x[-1])
+    k = min(np.searchsorted(x, inside, side="right") - 1, len(x) - 2)
+    slope, d = (m[k + 1] - m[k]) / (x[k + 1] - x[k]), inside - x[k]
+    zero = sums[k] + (m[k] + 0.5 * slope * d) * d - np.interp(0.0, x, m) * inside
+    return [*x, *m, *(sums - zero)]

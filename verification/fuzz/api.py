@@ -57,6 +57,8 @@ def table(folder):
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
     joint = {"one": "hub", "other": 0, "at": UP, "name": "neck"}
+    tables = {"spring_angles": (-1.0, 1.0), "spring_moments": (-1.0, 2.0),
+              "damper_rates": (-1.0, 1.0), "damper_moments": (-1.0, 1.0)}
     files = {"output": None, "overwrite": False, "resume": False}
     return {
         Model: {"nodes": PLATE.nodes, "quads": PLATE.quads, **MATERIAL,
@@ -77,7 +79,7 @@ def table(folder):
         corovec.EnergyProbe: {"elements": [0, 1]},
         corovec.JointProbe: {"joint": "root"},
         corovec.Hinge: {"nodes": (0, 3), "others": (6, 7), "stiffness": 1.0, "rest": 0.1,
-                         "turning": PUSH, "damping": 0.1, "stops": (-1.0, 1.0),
+                         "turning": PUSH, "damping": 0.1, **tables, "stops": (-1.0, 1.0),
                          "stop_stiffness": 1.0, "lock": 0.5, "lock_stiffness": 1.0,
                          "lock_damping": 0.1, "torque": 1.0, "history": PUSH, "name": "root"},
         corovec.Spherical: {"nodes": (0, 6), "name": "corner"},
@@ -85,9 +87,10 @@ def table(folder):
                             "nodes": (0, 3), "axes": np.eye(3)},
         corovec.Ball: joint,
         corovec.Revolute: {**joint, "axis": UP, "angle": None, "driving": PUSH, "stiffness": 1.0,
-                           "rest": 0.1, "turning": PUSH, "damping": 0.1, "stops": (-1.0, 1.0),
-                           "stop_stiffness": 1.0, "lock": 0.5, "lock_stiffness": 1.0,
-                           "lock_damping": 0.1, "torque": 1.0, "history": PUSH},
+                           "rest": 0.1, "turning": PUSH, "damping": 0.1, **tables,
+                           "stops": (-1.0, 1.0), "stop_stiffness": 1.0, "lock": 0.5,
+                           "lock_stiffness": 1.0, "lock_damping": 0.1, "torque": 1.0,
+                           "history": PUSH},
         corovec.Cylindrical: {**joint, "axis": UP},
         corovec.Prismatic: {**joint, "axis": UP},
         corovec.Universal: {**joint, "axis": UP, "other_axis": (1.0, 0.0, 0.0)},

@@ -31,6 +31,10 @@ MOMENTS = {
     "spring": {"stiffness": 3.0, "rest": 1.0},
     "servo": {"stiffness": 6.0, "rest": 1.5, "turning": TURN},
     "damper": {"damping": 0.5},
+    "spring table": {"spring_angles": (-0.6, -0.1, 0.0, 0.1, 0.5),
+                     "spring_moments": (-4.0, -2.0, 0.0, 0.2, 5.0), "rest": 0.5, "turning": TURN},
+    "damper table": {"damper_rates": (-1.0, -0.1, 0.1, 1.0),
+                     "damper_moments": (-1.0, -0.6, 0.6, 1.0)},
     "stops": {"stops": (-0.3, 0.3), "stop_stiffness": 50.0},
     "latch": {"stiffness": 3.0, "rest": 2.0, "lock": 0.3, "lock_stiffness": 200.0,
               "lock_damping": 1.0},
@@ -56,7 +60,7 @@ def kernel_forces(start, end, moment=1.0):
                     np.zeros(10))
     delta = np.zeros(10)
     delta[5:8] = e_1 - e_0
-    constants = np.array([[0, 0, 0, -np.inf, np.inf, 0, np.inf, 0, 0]], dtype=float)
+    constants = np.array([[0, 0, 0, -np.inf, np.inf, 0, np.inf, 0, 0, 0, 0]], dtype=float)
     one, edge, on = np.array([[0, 1]]), np.zeros(3), np.zeros((2, 3))
     for columns in ([0, 1, 2], [2, 0, 1]):
         A1 = np.tile(np.ascontiguousarray(np.eye(3)[:, columns]), (2, 1, 1))
