@@ -4,6 +4,7 @@ rigid bodies integrated otherwise, and what is refused."""
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from corovec import (
     Ball,
@@ -27,6 +28,7 @@ from corovec import (
     TimeFunction,
     Universal,
     block,
+    join,
     rigid_velocity,
     simulate,
     total_energy,
@@ -100,7 +102,11 @@ SAMPLE = ("one body", "revolute", "latch", "driven from the ground")
     kind, marks=pytest.mark.slow) for kind in KINDS])
 def test_energy_and_momenta(kind):
     """Energy is work to rounding error, and momenta are impulses, with every joint."""
-    model = wings(**KINDS[kind])
+    balanced(wings(**KINDS[kind]), kind)
+
+
+def balanced(model, kind):
+    """Balances of 0.8 s."""
     history = simulate(model, Settings(dt=0.02, end_time=0.8, scheme=EXACT)).history
     energy = total_energy(history)
     missed = energy - energy[0] - history["external_work"] + history["dissipated"]
@@ -120,6 +126,60 @@ def test_energy_and_momenta(kind):
             assert np.abs(off).max() < 1e-8 * np.abs(moved).max()
         else:
             assert change < GAP * history[scale].max()
+
+
+def tees(kind, end):
+    """Three plates that meet in a line, one end of which a joint ties to ``end``: the same of three
+    others, a body, or the ground."""
+    corners = [[(0, 0), (1, 0)], [(1, 0), (2, 0)], [(1, 0), (1, 1)]]
+    tee = join([block([(a, -.5, c), (b, -.5, d), (b, .5, d), (a, .5, c)], (2, 2))
+                for (a, c), (b, d) in corners])
+    one, bodies, mesh = int(tee.nodes_at(x=1.0, y=0.5, z=0.0)[0]), [], tee
+    place = tee.nodes[one]
+    other = len(tee.nodes) + one if end == "plates" else end
+    if end == "plates":
+        turned = place + Rotation.from_rotvec((0.4, 0.3, 1.2)).apply(tee.nodes - place)
+        mesh = Mesh(np.r_[tee.nodes, turned], np.r_[tee.quads, tee.quads + len(tee.nodes)])
+    elif end == "body":
+        bodies = [RigidBody("body", 20.0, (2.0, 3.0, 4.0), (1.2, 1.3, 0.1))]
+    joint = {"ball": lambda: Ball(one, other), "revolute": lambda: Revolute(one, other, None, AXIS),
+             "universal": lambda: Universal(one, other, None, (1, 0, 0), (0, 1, 0)),
+             "cylindrical": lambda: Cylindrical(one, other, None, AXIS),
+             "prismatic": lambda: Prismatic(one, other, None, AXIS),
+             "spring": lambda: Revolute(one, other, None, AXIS, stiffness=4.0, rest=0.5),
+             "table": lambda: Revolute(one, other, None, AXIS, rest=0.5, spring_angles=(-0.4, 0, 1),
+                                       spring_moments=(-3, 0, 1), damper_rates=(-1, 0, 1),
+                                       damper_moments=(-1, 0, 2)),
+             "drive": lambda: Revolute(one, other, None, AXIS, 0.5, Expression("1-cos(t)"))}[kind]()
+    far = [int(np.argmin(np.linalg.norm(mesh.nodes - at, axis=1))) for at in (
+        (2, -0.5, 0), (1, -0.5, 1))]
+    loads = [NodalLoad(i, f, PULSE) for i, f in zip(far, ((0, 1, 16.0), (6.0, 2, 3)))]
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, loads=loads, joints=[joint], bodies=bodies)
+
+
+@pytest.mark.parametrize("end", ["plates", "body", "ground"])
+@pytest.mark.parametrize("kind", ["table", *(pytest.param(kind, marks=pytest.mark.slow) for kind in (
+    "ball", "revolute", "universal", "cylindrical", "prismatic", "spring", "drive"))])
+def test_ends_where_plates_meet(kind, end):
+    """A node with several normals turns as a body does: joints hold its axes, moments turn it."""
+    balanced(tees(kind, end), kind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_constraints_where_plates_meet(kind):
+    worst = np.max([missed(*at) for at in steps(tees(kind, "plates"), 0.02, 60)], axis=0)
+    assert worst[0] < 1e-13 and worst[1] < 1e-12
+
+
+def test_a_drive_that_begins_with_the_cube_of_time():
+    """The plates of a drive at rest: its first rates are those of rounding and of differences."""
+    model = wings([Revolute("ground", "b", (0, 0, 0), AXIS, 1.0, Expression("t**3"), name="drive"),
+                   Ball("a", "b", (0, 0, 0))], loads=False)
+    result = simulate(model, Settings(dt=0.02, end_time=0.1, scheme=EXACT),
+                      probes={"drive": JointProbe("drive")})
+    np.testing.assert_allclose(result.probes["drive"]["angle"], result.history["time"]**3,
+                               atol=1e-14)
 
 
 def steps(model, dt, n):

@@ -148,14 +148,15 @@ def node_numbers(quads, n_nodes):
     return array
 
 
-def check_mesh(nodes, quads, joined=(), free=0):
+def check_mesh(nodes, quads, joined=(), free=0, linked=()):
     """Raise ``InputError`` for anything that cannot be the mesh of a shell; ``joined``: lists of
     nodes that may be at one place; ``free``: how many nodes at the end may belong to no element,
-    and be anywhere."""
+    and be anywhere; ``linked``: nodes that bodies carry or that joints with multipliers hold, which
+    may be at one place too."""
     nodes = nodes[:len(nodes) - free]
     few_enough(len(quads))
     check_connectivity(quads)
-    _check_nodes(nodes, quads, joined)
+    _check_nodes(nodes, quads, joined, linked)
     check_shapes(nodes, quads)
     _check_edges(nodes, quads, joined)
 
@@ -172,8 +173,8 @@ def boundary(quads):
     return edges[np.sort(first[uses == 1])]
 
 
-def _check_nodes(nodes, quads, joined):
-    """No free-floating node, no two nodes at one place but joined ones."""
+def _check_nodes(nodes, quads, joined, linked):
+    """No free-floating node, no two nodes at one place but joined or linked ones."""
     used = np.zeros(len(nodes), dtype=bool)
     used[quads] = True
     if not np.all(used):
@@ -186,7 +187,8 @@ def _check_nodes(nodes, quads, joined):
         group[members] = members[0]
     near = _near(nodes, quads)
     pairs = cKDTree(nodes).query_pairs(near.max(), output_type="ndarray")
-    pairs = pairs[group[pairs[:, 0]] != group[pairs[:, 1]]]
+    held = np.isin(pairs, linked).all(axis=1)
+    pairs = pairs[(group[pairs[:, 0]] != group[pairs[:, 1]]) & ~held]
     gaps = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
     same = pairs[gaps <= near[pairs].max(axis=1)]
     if len(same):

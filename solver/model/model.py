@@ -175,7 +175,10 @@ class Model:
             if isinstance(joint, LINKED):
                 check_linked(name, joint, nodes, [body.name for body in self.bodies], self.joined)
         tied = [[*joint.nodes, *joint.line] for joint in self.joints if isinstance(joint, Tie)]
-        check_mesh(nodes, quads, self.joined + tied, len(self.bodies))
+        linked = [node for body in self.bodies for node in body.nodes]
+        linked += [end for joint in self.joints if isinstance(joint, LINKED)
+                   for end in joint.ends if not isinstance(end, str)]
+        check_mesh(nodes, quads, self.joined + tied, len(self.bodies), linked)
         put(self, sections=_items("sections", self.sections, (Section,)))
         for name, unit in (("thickness", "m"), ("youngs", "Pa"), ("density", "kg/m^3")):
             values = self._property(name)
