@@ -31,8 +31,8 @@ def beam(mbs, start, end, elements, youngs, density, width, thickness, weight=(0
         nodeNumbers=[0, 0, 0], massPerLength=density * area, crossSectionInertia=density * second,
         bendingStiffness=youngs * second, axialStiffness=youngs * area,
         shearStiffness=5.0 / 6.0 * 0.5 * youngs * area)
-    return beams.GenerateStraightBeam(mbs, [*start, 0], [*end, 0], elements, template,
-                                      gravity=list(weight))[0]
+    return beams.GenerateBeamElementsAlongLine(mbs, [*start, 0], [*end, 0], elements, template,
+                                               gravity=list(weight))["nodes"]
 
 
 def solved(mbs, sensors, end, dt):
@@ -45,8 +45,8 @@ def solved(mbs, sensors, end, dt):
     given.timeIntegration.newton.relativeTolerance = 1e-8
     given.timeIntegration.newton.absoluteTolerance = 1e-6
     given.timeIntegration.verboseMode = 0
-    given.solutionSettings.writeSolutionToFile = False
-    given.solutionSettings.sensorsWritePeriod = end / (FRAMES - 1)
+    given.solution.file.write = False
+    given.solution.sensors.writePeriod = end / (FRAMES - 1)
     mbs.SolveDynamic(given)
     columns = [mbs.GetSensorStoredData(sensor) for sensor in sensors]
     return columns[0][:, 0], [rows[:, 1:] for rows in columns]
@@ -70,8 +70,8 @@ def four_bar(elements, dt):
         length, along = np.linalg.norm(end - start), end - start
         node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[
             *(0.5 * (start + end)), math.atan2(along[1], along[0])]))
-        body = mbs.AddObject(items.RigidBody2D(nodeNumber=node, physicsMass=mass,
-                                               physicsInertia=mass * length**2 / 12.0))
+        body = mbs.AddObject(items.RigidBody2D(nodeNumber=node, mass=mass,
+                                               inertia=mass * length**2 / 12.0))
         markers = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0]))
                    for x in (-0.5 * length, 0.5 * length)]
         fixed = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground,
@@ -103,14 +103,14 @@ def four_bar(elements, dt):
     chord = c - b
     off = (chord[:, 0] * (m - b)[:, 1] - chord[:, 1] * (m - b)[:, 0]) / np.hypot(
         chord[:, 0], chord[:, 1])
-    return np.column_stack([time, off, force[:, 0]])
+    return np.column_stack([time, off, -force[:, 0]])
 
 
 def double_pendulum(elements, dt):
     """Time, places of the joint and of the tip [m]."""
     system = exu.SystemContainer()
     mbs = system.AddSystem()
-    strip = (elements, 1e8, 1000.0, 0.01, 0.002, (0, -9.81, 0))
+    strip = (elements, 2e7, 1000.0, 0.01, 0.002, (0, -9.81, 0))
     one = beam(mbs, (0.0, 0.0), (0.25, 0.0), *strip)
     two = beam(mbs, (0.25, 0.0), (0.5, 0.0), *strip)
     fixed = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=mbs.AddObject(items.ObjectGround()),
@@ -123,8 +123,8 @@ def double_pendulum(elements, dt):
     return np.column_stack([time, *(rows[:, :2] for rows in places)])
 
 
-CURVES = {"four_bar": (four_bar, 32, 1.25e-4, "t [s],deflection [m],moment [N m]"),
-          "double_pendulum": (double_pendulum, 32, 1.25e-4,
+CURVES = {"four_bar": (four_bar, 32, 6.25e-5, "t [s],deflection [m],moment [N m]"),
+          "double_pendulum": (double_pendulum, 32, 6.25e-5,
                               "t [s],joint x [m],joint z [m],tip x [m],tip z [m]")}
 """Functions, elements of a beam, steps [s] and the names of the columns."""
 
@@ -136,7 +136,8 @@ def study(name):
     for other in ((elements // 2, dt), (elements // 4, dt), (elements, 2.0 * dt),
                   (elements, 4.0 * dt), (elements, 8.0 * dt)):
         off = np.abs(curve(*other) - best).max(axis=0)[1:]
-        print(f"{name}: {other[0]} elements, step {other[1]:g} s:", " ".join(f"{x:.2e}" for x in off))
+        print(f"{name}: {other[0]} elements, step {other[1]:g} s:",
+              " ".join(f"{x:.2e}" for x in off))
     print("largest values:", " ".join(f"{x:.3e}" for x in np.abs(best).max(axis=0)[1:]))
 
 
