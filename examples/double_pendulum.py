@@ -26,7 +26,8 @@ places = np.stack([result.probes[name]["displacement"][:, [0, 2]] + (place[0], 0
                    for name, place in along.items()], axis=1)
 every = round(time[1] / DT)
 ends = places[::every, [8, 16]]
-gap = np.linalg.norm(ends - np.stack([np.c_[x, z], np.c_[tip_x, tip_z]], axis=1), axis=2).max(axis=0)
+known = np.stack([np.c_[x, z], np.c_[tip_x, tip_z]], axis=1)
+gap = np.linalg.norm(ends - known, axis=2).max(axis=0)
 short = np.linalg.norm(places[:, 16] - places[:, 8], axis=1).min()
 print(f"joint and tip stay within {1e3 * gap[0]:.2f} and {1e3 * gap[1]:.2f} mm of Exudyn's, the "
       f"lower strip of {LENGTH} m bends to a chord of {short:.3f} m")

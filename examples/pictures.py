@@ -10,7 +10,7 @@ from pathlib import Path
 
 EXAMPLES = ("panel", "satellite", "box", "free_plate", "roll_up", "snap_through", "t_junction",
             "fifty", "shaken", "postbuckling", "campbell", "wing",
-            "solar_array", "chain", "flapping")
+            "solar_array", "chain", "flapping", "four_bar", "double_pendulum")
 HERE = Path(__file__).parent
 PICTURES = HERE.parent / "docs" / "pictures"
 

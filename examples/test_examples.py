@@ -245,11 +245,26 @@ def chain(text):
     assert numbers(text)[-1] < 1e-10
 
 
-CHECKS = (box, campbell, chain, fifty, flapping, free_plate, panel, postbuckling, roll_up,
-          satellite, shaken, snap_through, solar_array, t_junction, wing)
+def four_bar(text):
+    """Geometrically exact beams by Exudyn; what 32 elements and steps of 5 ms differ by."""
+    bent, off, moment, missed = numbers(text[text.index("bends by"):])[:4]
+    assert bent == pytest.approx(11.8, abs=0.1) and off < 0.2
+    assert moment == pytest.approx(2.18, abs=0.01) and missed < 0.01
+    assert numbers(text)[-1] < 1e-10
 
 
-LONG = (chain, flapping, solar_array)
+def double_pendulum(text):
+    """The same; the lower strip is bent where it swings through."""
+    joint, tip = numbers(text[text.index("within"):])[:2]
+    assert joint < 1.0 and tip < 1.5  # of 250 and 500 mm
+    assert 0.22 < numbers(text)[-2] < 0.23 and numbers(text)[-1] < 1e-10
+
+
+CHECKS = (box, campbell, chain, double_pendulum, fifty, flapping, four_bar, free_plate, panel,
+          postbuckling, roll_up, satellite, shaken, snap_through, solar_array, t_junction, wing)
+
+
+LONG = (chain, double_pendulum, flapping, four_bar, solar_array)
 
 
 @pytest.mark.parametrize("check", [pytest.param(check, id=check.__name__, marks=[
@@ -259,6 +274,33 @@ def test_example(check, tmp_path):
     check(pictures.run(check.__name__, picture))
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert [path.name for path in tmp_path.iterdir()] == [picture.name]
+
+
+def curves(name, n, dt):
+    """Columns that an example has beside those of Exudyn, with n elements and steps of dt [s]."""
+    source = (HERE / f"{name}.py").read_text(encoding="utf-8")
+    source, found = re.subn("N, DT(.*?) = [0-9.]+, [0-9.]+", rf"N, DT\1 = {n}, {dt}", source)
+    assert found == 1
+    own = {"__file__": str(HERE / f"{name}.py")}
+    exec(source[:source.index("\nfig, ")], own)
+    return np.column_stack([np.reshape(own[name], (201, -1)) for name in (
+        ("off", "moment") if name == "four_bar" else ("ends",))])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "n", "dt", "missed"), [
+    ("four_bar", 64, 0.0025, (1e-5, 3e-3)), ("double_pendulum", 64, 0.000625, 4 * (3e-5,))])
+def test_limits_are_those_of_exudyn(name, n, dt, missed):
+    """Errors fall by four with elements and with steps, and what they tend to is Exudyn's curve,
+    whose own elements and steps, twice as large, change it by less than that [m], [N m]."""
+    best, coarse, slow = (curves(name, *sizes) for sizes in (
+        (n, dt), (n // 2, dt), (n, 2.0 * dt)))
+    known = np.loadtxt(HERE / f"{name}.csv", delimiter=",")[1:-1, 1:]
+    best, coarse, slow = best[1:-1], coarse[1:-1], slow[1:-1]
+    limit = best + (best - coarse) / 3.0 + (best - slow) / 3.0
+    off, before = (np.abs(found - known).max(axis=0) for found in (limit, best))
+    print(name, off, before)
+    assert np.all(off < missed) and np.all(off < 0.5 * before)
 
 
 def test_all_are_checked_and_use_public_names():

@@ -152,7 +152,8 @@ corner = { joint = "joint 1" }
             hinge.nodes, hinge.others, stiffness=3.0, rest=1.5, turning=opening, damping=0.1,
             spring_angles=(-1.0, 0.0, 2.0), spring_moments=(-5.0, 0.0, 4.0),
             damper_rates=(-1.0, 1.0), damper_moments=(-0.2, 0.2), stops=(-0.1, 3.2),
-            stop_stiffness=500.0, lock=1.5, lock_stiffness=1e3, lock_damping=2.0, torque=0.5, history=push, name="root")
+            stop_stiffness=500.0, lock=1.5, lock_stiffness=1e3, lock_damping=2.0,
+            torque=0.5, history=push, name="root")
         assert corner == Spherical(corner.nodes) and len(corner.nodes) == 2
         assert np.all(model.nodes[list(corner.nodes)] == (4.0, 1.0, 0.0))
     assert definition.probes_on(definition.mesh(6)) == {"root": JointProbe("root"),

@@ -24,11 +24,14 @@ from corovec import (
     RigidLink,
     Scheme,
     Settings,
+    Steps,
+    Support,
     Tie,
     TimeFunction,
     Universal,
     block,
     join,
+    load_control,
     rigid_velocity,
     simulate,
     total_energy,
@@ -158,8 +161,9 @@ def tees(kind, end):
 
 
 @pytest.mark.parametrize("end", ["plates", "body", "ground"])
-@pytest.mark.parametrize("kind", ["table", *(pytest.param(kind, marks=pytest.mark.slow) for kind in (
-    "ball", "revolute", "universal", "cylindrical", "prismatic", "spring", "drive"))])
+@pytest.mark.parametrize("kind", ["table", *(
+    pytest.param(kind, marks=pytest.mark.slow) for kind in (
+        "ball", "revolute", "universal", "cylindrical", "prismatic", "spring", "drive"))])
 def test_ends_where_plates_meet(kind, end):
     """A node with several normals turns as a body does: joints hold its axes, moments turn it."""
     balanced(tees(kind, end), kind)
@@ -441,6 +445,75 @@ def test_redundant():
               Revolute("a", "b", (0, 0.4, 0), (0, 1, 0), name="back")]
     with pytest.raises(InputError, match="back, front: 5 of their constraints follow from the"):
         ExactSystem(wings(joints))
+
+
+def test_a_loop_in_a_plane():
+    """Four revolute joints of parallel axes hold three motions twice."""
+    corners = np.array([(0, 0, 0), (0, 0.3, 0), (1, 0.7, 0), (1, 0, 0)], dtype=float)
+    bodies = [RigidBody(name, 1.0, (0.1, 0.1, 0.1), centre) for name, centre in zip(
+        ("crank", "coupler", "rocker"), 0.5 * (corners[1:] + corners[:-1]))]
+    ends = ("ground", "crank", "coupler", "rocker", "ground")
+    joints = [Revolute(*pair, at, (0, 0, 1), name=name) for *pair, at, name in zip(
+        ends, ends[1:], corners, "ABCD")]
+    with pytest.raises(InputError, match="A, B, C, D: 3 of their constraints follow from the"):
+        ExactSystem(alone(bodies, joints))
+
+
+BODY = RigidBody("body", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, 0.0))
+STRAY = RigidBody("stray", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, 0.0), [77])
+MISTAKES = {
+    "one body": (lambda: Ball("a", "a", (0, 0, 0), name="neck"), "neck: both ends are 'a'"),
+    "no axis": (lambda: Revolute("a", "b", (0, 0, 0), name="neck"), "neck: axis is missing"),
+    "axis of nothing": (lambda: Prismatic("a", "b", (0, 0, 0), (0, 0, 0), name="neck"),
+                        "prismatic joint neck: axis must not be zero"),
+    "cross that is none": (lambda: Universal("a", "b", (0, 0, 0), (1, 0, 0), (1, 1, 0)),
+                           "axis and other_axis must be at right angles"),
+    "no number": (lambda: Ball("a", "b", (0, np.nan, 0)), r"at\[1\] must be finite"),
+    "stops beside the start": (
+        lambda: Revolute("a", "b", (0, 0, 0), AXIS, stops=(0.1, 1.0), stop_stiffness=1.0,
+                         name="neck"), r"neck: stops must be two angles, .*\(0.1, 1.0\)"),
+    "drive and spring": (lambda: Revolute("a", "b", (0, 0, 0), AXIS, 0.5, stiffness=1.0),
+                         "a joint that is driven by its angle has no spring"),
+    "drive off the start": (lambda: Revolute("a", "b", (0, 0, 0), AXIS, 0.5, name="neck"),
+                            "neck: angle times driving is 0.5 rad at t = 0, must begin with zero"),
+    "drive without an angle": (
+        lambda: Revolute("a", "b", (0, 0, 0), AXIS, driving=PULSE, name="neck"),
+        "neck: driving needs an angle"),
+    "drive that jumps": (
+        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5,
+                                   Steps((0.0, 0.03), (0.0, 1.0)), name="neck")),
+        "neck: its time function jumps at t = 0.04 s, a joint cannot: give the points of a ramp"),
+    "drive that begins fast": (
+        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5, Expression("t"),
+                                   name="neck")),
+        "neck: the initial velocities of what it joins do not fit together, or to its drive"),
+    "ends of the ground": (lambda: Ball("ground", "ground", (0, 0, 0)), "both ends are 'ground'"),
+    "point of the ground": (lambda: simulated(RigidLink("body", "ground", (0, 0, 0), name="rod")),
+                            "rod: its point of the ground is missing"),
+    "held by a support": (
+        lambda: ExactSystem(Model.of(small(), 1e-3, 1e6, 0.3, 1e-3, supports=[Support(
+            [0], ("x", "y", "z"))], joints=[Ball(0, "ground", name="pin")])),
+        "pin: supports hold what it joins already"),
+    "carried already": (lambda: ExactSystem(wings([Ball("a", 0, name="neck")])),
+                        "body a, neck: 3 of their constraints follow from the others"),
+    "stray node": (lambda: alone([STRAY]), "body stray: node 77 does not exist"),
+    "driven in statics": (
+        lambda: load_control(alone([BODY], [Revolute("ground", "body", (0, 0, 0), AXIS, 0.5,
+                                                     Expression("t**2"))]), (1.0,)),
+        "rigid bodies, and joints but for hinges and spherical ones, need the scheme exact"),
+}
+
+
+def simulated(joint):
+    return simulate(alone([BODY], [joint]), Settings(dt=0.02, end_time=0.1, scheme=EXACT))
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistakes(mistake):
+    """Each has an error that tells what is wrong, and of which joint."""
+    make, told = MISTAKES[mistake]
+    with pytest.raises(InputError, match=told):
+        make()
 
 
 def test_axis_of_a_shell_node():

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ..errors import InputError, StepError
 from ..model.histories import Steps
+from ..model.joints import names_of
 from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
 from ..results.files import output_path
@@ -103,7 +104,7 @@ def check_run(model, settings, probes):
                              "them: take quasi")
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
-    _check_supports(model, settings)
+    _check_moved(model, settings)
     if not settings.error:
         _check_impulses(model, settings)
     return probes
@@ -294,18 +295,21 @@ def _check_frames(model, settings):
                  2 * waiting * each + STATE * len(model.nodes))
 
 
-def _check_supports(model, settings):
-    """Functions of time of supports that move are finite, and do not jump."""
-    for k, support in enumerate(model.supports):
-        if not (isinstance(support, Drive) or support.displacement):
-            continue
-        times = settings.dt * np.arange(settings.n_steps + 1)
-        for history in {support.history, getattr(support, "turning", support.history)}:
-            values = _finite(f"support {k}", history, times)
-            if isinstance(history, Steps) and np.any(np.diff(values)):
-                raise InputError(f"support {k}: its time function jumps at t = "
-                                 f"{times[np.argmax(np.diff(values) != 0.0) + 1]:g} s, a support "
-                                 "cannot: give the points of a ramp")
+def _check_moved(model, settings):
+    """Functions of time of supports that move, and of joints that are driven, are finite, and do
+    not jump."""
+    moved = [(f"support {k}", "support", history) for k, support in enumerate(model.supports)
+             if isinstance(support, Drive) or support.displacement
+             for history in {support.history, getattr(support, "turning", support.history)}]
+    moved += [(name, "joint", joint.driving) for name, joint in zip(
+        names_of(model.joints), model.joints) if getattr(joint, "angle", None) is not None]
+    times = settings.dt * np.arange(settings.n_steps + 1)
+    for name, what, history in moved:
+        values = _finite(name, history, times)
+        if isinstance(history, Steps) and np.any(np.diff(values)):
+            raise InputError(f"{name}: its time function jumps at t = "
+                             f"{times[np.argmax(np.diff(values) != 0.0) + 1]:g} s, a {what} "
+                             "cannot: give the points of a ramp")
 
 
 def _finite(name, history, times):

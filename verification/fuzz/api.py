@@ -26,7 +26,7 @@ from corovec import (
 from corovec.benchmarks import load_case
 from corovec.solver.input.reference import START
 from corovec.solver.model import mesh
-from corovec.solver.model.histories import FunctionOfTime
+from corovec.solver.model.histories import CONSTANT, FunctionOfTime
 from corovec.verification.models import MATERIAL, rectangle
 
 from .campaign import Fault, Target
@@ -86,8 +86,8 @@ def table(folder):
         corovec.RigidBody: {"name": "hub", "mass": 1.0, "inertia": (1.0, 1.0, 1.0), "centre": UP,
                             "nodes": (0, 3), "axes": np.eye(3)},
         corovec.Ball: joint,
-        corovec.Revolute: {**joint, "axis": UP, "angle": None, "driving": PUSH, "stiffness": 1.0,
-                           "rest": 0.1, "turning": PUSH, "damping": 0.1, **tables,
+        corovec.Revolute: {**joint, "axis": UP, "angle": None, "driving": CONSTANT,
+                           "stiffness": 1.0, "rest": 0.1, "turning": PUSH, "damping": 0.1, **tables,
                            "stops": (-1.0, 1.0), "stop_stiffness": 1.0, "lock": 0.5,
                            "lock_stiffness": 1.0, "lock_damping": 0.1, "torque": 1.0,
                            "history": PUSH},
