@@ -65,8 +65,8 @@ class Turning:
 
         ``M = torque h(t) - stiffness (angle - rest g(t)) - damping d angle/dt - stops - latch``.
 
-    A spring or a damper may be a table instead, or besides: moments that hold back at angles, counted
-    from ``rest g(t)``, and at rates; linear between its points and constant beyond both ends.
+    A spring or a damper may be a table instead, or besides: moments that hold back at angles,
+    counted from ``rest g(t)``, and at rates; linear between its points, constant beyond both ends.
 
     A stop is a spring of ``stop_stiffness`` beyond its angle.  A latch is a stop at the angle
     ``lock`` that also holds back, once the joint has been there: it then is a spring of

@@ -116,8 +116,8 @@ class Hinges:
         self._add_stiffness(dofs, storage, self.cells, self._on_rotations, values, skew)
 
     def linear(self, dofs, state, motion):
-        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from a ``state``,
-        whose forces were added before."""
+        """Changes (n_dof,) of the forces of springs, stops and latches by a small ``motion``
+        (n_dof,) from a ``state``, whose forces were added before."""
         at = (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
         g, change = self._on_rotations[:, :4], np.zeros_like(motion)
         own, found = state.hinges[:len(self.cells)], np.empty((len(self.cells), 2))
