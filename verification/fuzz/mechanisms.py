@@ -43,9 +43,14 @@ def moments(chance, inertia, dt, pulse):
     Stiffness and damping are up to 1e4 times what the ``inertia`` [kg m^2] has in a step, motors
     turn it by up to 0.05 rad in one.
     """
-    k = power(chance, -3, 4) * inertia / dt**2
+    k, angle, rate = power(chance, -3, 4) * inertia / dt**2, *(power(chance, -4, -1) for _ in "ar")
+    damping = power(chance, -3, 4) * inertia / dt
     kinds = ({"stiffness": k, "rest": chance.uniform(-1e-3, 1e-3)},
-             {"damping": power(chance, -3, 4) * inertia / dt},
+             {"damping": damping},
+             {"spring_angles": (-angle, 0.0, 0.2 * angle, angle),
+              "spring_moments": (-k * angle, 0.0, chance.random() * k * angle, k * angle)},
+             {"damper_rates": (-rate / dt, 0.0, rate / dt),
+              "damper_moments": (-chance.random() * damping * rate / dt, 0.0, damping * rate / dt)},
              {"stops": (-power(chance, -4, -1), power(chance, -4, -1)), "stop_stiffness": k},
              {"torque": power(chance, -5, -1.3) * inertia / dt**2, "history": pulse})
     return {name: value for kind in chance.sample(kinds, chance.randrange(3))
