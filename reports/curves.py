@@ -152,7 +152,8 @@ def tracked(history):
     what probes kept."""
     known = {*DYNAMICS.names, *STATICS.names} - {"reaction", "reaction_moment"}
     return [name for name in history.dtype.names
-            if name not in known and (not name.startswith("reaction") or history[name].any())]
+            if name not in known and "." not in name
+            and (not name.startswith("reaction") or history[name].any())]
 
 
 @checked

@@ -101,7 +101,7 @@ FITS = {
 """Parameters to which something of the table is no junk."""
 
 OWN = {*((corovec.FollowerForce, "force", kind) for kind in ("float", "negative")),
-       (corovec.RigidBody, "nodes", "empty")}
+       (corovec.RigidBody, "nodes", "empty"), (corovec.energy_table, "row", "negative")}
 """The same of one function, whose namesakes elsewhere are vectors, or not empty."""
 
 

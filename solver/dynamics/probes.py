@@ -17,6 +17,7 @@ from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
 from ..system.joints import Angle
+from .energies import Energies, acts
 
 MOST_PROBES = 100
 """Each takes 48 bytes a step, of stress 88, of a joint 72."""
@@ -115,20 +116,23 @@ class Probes:
         row: type of a history row with their columns.
         joints: whether there are any of joints.
         description: what a result file says of them.
+        energies: ``Energies`` of single items, which are kept without being asked for.
     """
 
     def __init__(self, model, given):
         """``given``: nodes, places and probes by their names."""
         self._probes = {name: _made(model, f"probes: {name}", probe)
                         for name, probe in given.items()}
-        self.row = probed({name: probe.kind for name, probe in self._probes.items()})
+        self.energies = Energies(model)
+        self.row = probed({name: probe.kind for name, probe in self._probes.items()},
+                          self.energies.counts)
         self.description = {name: probe.told for name, probe in self._probes.items()}
         self.joints = any(probe.kind == "joint" for probe in self._probes.values())
         self._columns = []
 
     def attach(self, history):
         """Write to the rows of ``history`` from now on."""
-        size, self._columns = history.dtype.itemsize, []
+        size, self._columns, self._history = history.dtype.itemsize, [], history
         for name, probe in self._probes.items():
             columns = PROBES[probe.kind]
             first = history.dtype.fields[f"{name}{next(iter(columns))}"][1]
@@ -136,12 +140,15 @@ class Probes:
             self._columns.append((probe, np.ndarray((len(history), count), "f8", history, first,
                                                     (size, 8))))
 
-    def write(self, step, system, state, place, joints, dt):
-        """The columns of a step, of the ``state`` at its end and its ``place``; ``joints``: see
+    def write(self, step, system, state, place, record, dt):
+        """The columns of a step, of the ``state`` at its end and its ``place``; ``record``: its
         ``StepRecord``; dt: its length [s]."""
+        both = slice(max(step - 1, 0), step + 1)
+        if self.energies.names:
+            self.energies.write(self._history[both], system, state, place, record.turned)
         for probe, columns in self._columns:
             if probe.kind == "joint":
-                probe.write(columns[max(step - 1, 0):step + 1], system, state, place, joints, dt)
+                probe.write(columns[both], system, state, place, record, dt)
             else:
                 probe.write(columns[step], system, state, place)
 
@@ -253,9 +260,11 @@ class _Joint:
         self._number = names.index(choice(f"{name}: joint", probe.joint, tuple(names)))
         joint = model.joints[self._number]
         self._angle = Angle(model, joint) if isinstance(joint, Hinge) else None
+        acting = [k for k, other in enumerate(model.joints) if acts(other)]
+        self._place = acting.index(self._number) if self._number in acting else None
         self.told = {"joint": probe.joint}
 
-    def write(self, rows, system, state, place, joints, dt):
+    def write(self, rows, system, state, place, record, dt):
         """The last of ``rows``; before it stands that of the step before, if there is one."""
         row = rows[-1]
         if self._angle:
@@ -265,7 +274,10 @@ class _Joint:
             row[0] = state.hinges[at, ANGLE][0]
         if len(rows) == 2:
             row[1] = (row[0] - rows[0, 0]) / dt
-            force_and_moment, done = joints[self._number, :4] / dt, joints[self._number, 4:]
+            force_and_moment = record.joints[self._number] / dt
             row[2], row[3:6] = force_and_moment[3], force_and_moment[:3]
-            row[7:] = rows[0, 7:] + done
-        row[6] = system.turnings.energy_of(self._number, state)
+            row[7:] = rows[0, 7:]
+            if self._place is not None:
+                row[7:] += record.turned[self._number]
+        if self._place is not None:
+            row[6] = system.turnings.energies(state)[self._place]

@@ -63,6 +63,8 @@ class Result:
         memory: most that this process has had at a time until the end of the run [MB], None if
             unknown.
         settings: ``Settings``.
+        items: ``{kind: names}`` of the joints, bodies and springs whose energies are kept, see
+            ``energy_table``.
     """
 
     history: np.ndarray
@@ -77,6 +79,7 @@ class Result:
     seconds: Seconds
     memory: float | None
     settings: Settings
+    items: dict = None
 
     def __repr__(self):
         last = self.history[-1]

@@ -122,6 +122,7 @@ class _Dynamics(_Description):
     settings: _Settings
     probes: dict[str, int | _StressProbe | _EnergyProbe | _JointProbe]
     start: str | None
+    energies: dict[str, list[str]] = {}
 
 
 class _Statics(_Description):
@@ -147,7 +148,9 @@ def parsed(text, sizes):
     for place, told, there in (
             ("supported", description["supported"], sizes.supported),
             ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
-            ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes)))):
+            ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes))),
+            ("energies", {kind: len(names) for kind, names in
+                          description.get("energies", {}).items()}, dict(sizes.items))):
         if told != there:
             raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description

@@ -229,6 +229,17 @@ class System:
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
 
+    def energies_of_springs(self, state, place, single=True):
+        """Energies of springs between nodes [J], of each or of all, and of those to the ground."""
+        found, ground = [], self._turning.energy(place.start.p)
+        for spring in self._springs:
+            if spring.grounded:
+                ground += spring.energy(state)
+            else:
+                found = [*spring.energies(state)] if single else [spring.energy(state)]
+        grounded = any(spring.grounded for spring in self._springs)
+        return [*found, ground] if grounded else found
+
     def predictions(self, used=True):
         """Room for ``arguments.Predicted`` strains."""
         n_elem, n_s = len(self.model.quads), self.elements.l.shape[1]
