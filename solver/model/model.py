@@ -78,6 +78,7 @@ from .loads import (
     Pressure,
     Support,
 )
+from .mechanism import mechanism
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 from .nonconservative import Drag, FollowerForce, UserForce
@@ -501,6 +502,11 @@ class Model:
         return bool(self.supports or self.cyclic) or any(
             isinstance(item, GroundSpring) for item in self.attached) or any(
             GROUND in joint.ends for joint in self.linked)
+
+    @property
+    def mechanism(self):
+        """Its joints and bodies as plain values, see ``mechanism``."""
+        return mechanism(self)
 
     @property
     def linked(self):

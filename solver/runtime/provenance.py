@@ -26,7 +26,8 @@ def describe(model, settings, solver, case=None, probes=None, start=None, energi
     return {"case": case, "fingerprint": fingerprint(model),
             "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
             "elements": len(model.quads), "edges": model.folds._asdict(),
-            "body": body(model), **own, "membrane": model.membrane, "shear": model.shear,
+            "body": body(model), **model.mechanism, **own,
+            "membrane": model.membrane, "shear": model.shear,
             "solver": solver, "unloaded_at": model.unloaded_at, "supported": model.grounded,
             "versions": versions(), "machine": machine()}
 

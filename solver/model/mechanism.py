@@ -1,0 +1,77 @@
+"""Joints and rigid bodies of a model as plain values: what result files and summaries tell of them.
+
+What moves with a node is told by the node, the numbers of its directors and what these are at
+first, and a vector in the initial configuration, see ``carried``.
+"""
+
+import numpy as np
+
+from .bodies import GROUND
+from .joints import Hinge, Spherical, names_of
+from .linkages import Cylindrical, Prismatic, Revolute, RigidLink, Tie, Universal
+
+KINDS = {Hinge: "hinge", Spherical: "spherical joint", Tie: "tie"}
+"""Of joints that do not tell theirs."""
+
+AXES = {Revolute: ("axis",), Cylindrical: ("axis",), Prismatic: ("axis",),
+        Universal: ("axis", "other_axis")}
+"""Axes that joints have; the first moves with ``one``, the second with ``other``."""
+
+
+def kind_of(joint):
+    """What a joint is called."""
+    return KINDS.get(type(joint)) or joint.kind
+
+
+def mechanism(model):
+    """``joints`` and ``bodies`` of a model, lists of dictionaries without arrays.
+
+    A joint has its ``name``, ``kind`` and what it joins: ``nodes`` that lie along it (of a hinge, a
+    tie, a spherical joint), or ``points`` and ``axes`` that its ends carry, and the numbers of
+    their nodes, ``ends`` (None: the ground).  A body has its ``name``, ``mass`` [kg], ``inertia``
+    [kg m^2], ``axes``, the ``nodes`` that it carries and its own, ``at``, and the ``first`` number
+    of its directors, which are its axes.
+    """
+    own = [node for node, _ in model.body_masses]
+    node_of = {body.name: node for node, body in zip(own, model.bodies)}
+    bodies = [{"name": body.name, "mass": body.mass, "inertia": list(body.inertia),
+               "axes": body.directions.tolist(), "nodes": list(body.nodes), "at": node,
+               "first": int(model.directors.first[node])}
+              for node, body in zip(own, model.bodies)]
+    return {"joints": [_joint(model, name, joint, node_of)
+                       for name, joint in zip(names_of(model.joints), model.joints)],
+            "bodies": bodies}
+
+
+def _joint(model, name, joint, node_of):
+    told = {"name": name, "kind": kind_of(joint)}
+    if isinstance(joint, (Hinge, Spherical, Tie)):
+        nodes = joint.nodes[:1] if isinstance(joint, Spherical) else joint.nodes
+        return {**told, "nodes": list(nodes)}
+    ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]
+    if isinstance(joint, RigidLink):  # a node is its own point
+        places = [model.nodes[node] if node is not None and (given is None or node == end) else
+                  given for end, node, given in zip(joint.ends, ends, (joint.at, joint.to))]
+    else:
+        places = [joint.place(model.nodes)]
+    return {**told, "ends": ends,
+            "points": [carried(model, end, place, turned=False)
+                       for end, place in zip(ends, places)],
+            "axes": [carried(model, end, getattr(joint, axis), turned=True)
+                     for end, axis in zip(ends, AXES.get(type(joint), ()))]}
+
+
+def carried(model, end, vector, turned):
+    """A place, or a direction that is ``turned`` only, that a node takes along; ``end``: its
+    number, None of the ground.
+
+    Returns:
+        dict: ``node``, ``vector`` (from the node, where it is a place), ``first`` number of its
+        directors, and these in the initial configuration.
+    """
+    vector = np.asarray(vector, dtype=float)
+    if end is None:
+        return {"node": None, "vector": vector.tolist()}
+    first, last = model.directors.first[end:end + 2].tolist()
+    return {"node": end, "vector": (vector if turned else vector - model.nodes[end]).tolist(),
+            "first": first, "directors": model.normals[first:last].tolist()}
