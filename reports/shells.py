@@ -18,7 +18,7 @@ from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.directors import fold_edges
 from corovec.solver.model.loads import COMPONENTS, Drive
 from corovec.solver.model.model import Model
-from corovec.solver.names import mathtext
+from corovec.solver.names import LONGEST_NAME, mathtext, shortened
 from corovec.solver.signatures import checked
 
 from . import arrows
@@ -41,9 +41,6 @@ PALE = 0.6
 
 NORMALS, SHORT = 10, 0.07
 """Most normals that are drawn, and their length relative to the size of the mesh."""
-
-LONGEST_NAME = 26
-"""Letters of a name that leave room for the picture."""
 
 SPRING = PURPLE
 """Colour of springs."""
@@ -447,12 +444,6 @@ def _springs(model):
                      if isinstance(item, Spring)], dtype=int).reshape(-1, 2)
 
 
-def shortened(name):
-    """A name with its middle left out if it is too long."""
-    half = LONGEST_NAME // 2
-    return name if len(name) <= LONGEST_NAME else f"{name[:half - 1]}…{name[-half:]}"
-
-
 def _row(picture, words):
     """A row of the key."""
     return HPacker(children=[picture, TextArea(words, textprops=WORDS)], pad=0.0, sep=4.0,
@@ -483,7 +474,7 @@ def _symbol(line, mark):
         foot = mark == "foot"
         area.add_artist(Line2D(
             (7.0,), (7.0 if foot else 3.5,), color=look.colour, linestyle="", marker=look.marker,
-            markersize=5.5 if foot else 0.9 * look.width, markeredgewidth=0.8,
+            markersize=8.0 if foot else 0.9 * look.width, markeredgewidth=0.8,
             markerfacecolor="none" if foot else "white" if look.hollow else look.colour))
     return area
 

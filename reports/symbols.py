@@ -21,6 +21,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
+from corovec.solver.model.mechanism import plural
+
 from .style import BLACK, BLUE, GREEN, VERMILLION
 
 SHORT, LONG = 0.045, 0.12
@@ -229,19 +231,22 @@ class Drawing:
     def __init__(self, space, symbols, places, hidden=None, named=0, size=1.0):
         self._space, self._lines, self._marks, axes = space, [], [], space.axes
         behind = hidden or (lambda points: np.zeros(len(points), dtype=bool))
-        for look, covered, chosen in _sorted(symbols.lines, places, behind):
+        for name, covered, chosen in _sorted(symbols.lines, places, behind):
+            look = LOOKS[name]
             lines = LineCollection(
-                [], colors="0.5" if covered else look.colour, zorder=3.5, clip_on=False,
+                [], label=f"_{name}",
+                colors="0.5" if covered else look.colour, zorder=3.5, clip_on=False,
                 linewidths=size * (0.7 if covered else look.width),
                 linestyles=[(0, (2, 1.5)) if covered else look.dashes])
             axes.add_collection(lines, autolim=False)
             self._lines.append((lines, np.array([symbol.points for symbol in chosen])))
-        for look, covered, chosen in _sorted(symbols.marks, places, behind):
+        for name, covered, chosen in _sorted(symbols.marks, places, behind):
+            look = LOOKS[name]
             marks, = axes.plot(
-                [], [], linestyle="", marker=look.marker, color=look.colour, zorder=5.5,
+                [], [], label=f"_{name}",
+                linestyle="", marker=look.marker, color=look.colour, zorder=5.5,
                 markersize=size * look.width, clip_on=False, markeredgewidth=0.8,
-                markerfacecolor="none" if look.marker is FOOT else
-                "white" if look.hollow or covered else look.colour)
+                markerfacecolor=_inside(look, covered))
             self._marks.append((marks, np.array([symbol.points[0] for symbol in chosen])))
         self._names = [(k, space.text(places[k], text, (5.0, 4.0), size=6.5, color="0.15",
                                       ha="left", va="bottom"))
@@ -259,8 +264,15 @@ class Drawing:
             text.xy = tuple(seen[k])
 
 
+def _inside(look, covered=False):
+    """Colour inside of a mark."""
+    if look.marker is FOOT:
+        return "none"
+    return "white" if look.hollow or covered else look.colour
+
+
 def _sorted(symbols, places, hidden):
-    """``(Look, whether hidden, those symbols)`` of all symbols that look alike."""
+    """``(look, whether hidden, those symbols)`` of all symbols that look alike."""
     if not symbols:
         return
     middles = np.array([places[list(symbol.points)].mean(axis=0) for symbol in symbols])
@@ -268,7 +280,7 @@ def _sorted(symbols, places, hidden):
     for symbol, covered in zip(symbols, hidden(middles)):
         found.setdefault((symbol.look, bool(covered)), []).append(symbol)
     for (look, covered), chosen in found.items():
-        yield LOOKS[look], covered, chosen
+        yield look, covered, chosen
 
 
 def key_of_symbols(axes, symbols):
@@ -283,7 +295,7 @@ def key_of_symbols(axes, symbols):
             [], [], linestyle=line.dashes if line else "", color=shown.colour,
             linewidth=line.width if line else 0.0, marker=mark.marker if mark else "",
             markersize=mark.width if mark else 0.0, markeredgewidth=0.8,
-            markerfacecolor="white" if shown.hollow else shown.colour))
+            markerfacecolor=_inside(shown)))
     axes.legend(rows, symbols.totals.values(), loc="lower center", bbox_to_anchor=(0.5, 1.0),
                 ncols=3, handlelength=1.8, columnspacing=1.0, fontsize=6.5)
 
@@ -291,13 +303,6 @@ def key_of_symbols(axes, symbols):
 def symbols_of(model):
     """``Symbols`` of a ``Model`` or a ``Recording``; none of what has no mechanism."""
     return Symbols(getattr(model, "mechanism", {"joints": [], "bodies": []}), model.nodes)
-
-
-def plural(number, kind):
-    """How many there are of a kind, in words."""
-    if number == 1:
-        return f"1 {kind}"
-    return f"{number} {kind[:-1]}ies" if kind.endswith("y") else f"{number} {kind}s"
 
 
 def _moved(carried, positions, directors):

@@ -49,6 +49,7 @@ def good(folder):
         **table,
         figures.energies: {**seen, "end": None},
         figures.momenta: {**seen, "end": None},
+        figures.energies_by_item: {"run": table[corovec.energy_table]["run"], "unloaded_at": 0.0},
         figures.probes: {**seen, "history": followed, "end": None},
         figures.total_energies: {"recordings": [recording]},
         figures.displacements: {"recordings": [recording], "points": {"a": (0.0, 0.0, 0.0)},

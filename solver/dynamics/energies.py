@@ -1,8 +1,10 @@
 """Energies of a run by what has them: the shell, bodies, joints, springs, loads and supports."""
 
+from typing import Annotated
+
 import numpy as np
 
-from ..checks import integer, shown
+from ..checks import shown
 from ..errors import InputError
 from ..model.attached import GroundSpring, Spring
 from ..model.joints import Turning, names_of
@@ -58,7 +60,7 @@ class Energies:
             row["springs.stored"] = system.energies_of_springs(state, place, self._single)
 
 
-def _told(name, run):
+def run_of(name, run):
     """The history of a run in time, and ``{kind: names}`` of its items."""
     if isinstance(run, dict):
         history, names = run.get("history"), run.get("description", {}).get("energies", {})
@@ -71,7 +73,7 @@ def _told(name, run):
 
 
 @checked
-def energy_table(run: object, row: int = None):
+def energy_table(run: Annotated[tuple, run_of], row: int = None):
     """Energies of a run by item: the shell, each rigid body, joint and spring, loads and supports.
 
     At any instant the sum of ``kinetic + stored + dissipated - work`` over all items is that of
@@ -93,9 +95,8 @@ def energy_table(run: object, row: int = None):
     Raises:
         InputError: no run in time, or no such row.
     """
-    history, names = _told("run", run)
+    history, names = run
     if row is not None:
-        row = integer("row", row)
         if not -len(history) <= row < len(history):
             raise InputError(f"row must lie in [{-len(history)}, {len(history) - 1}], is {row}")
         history = history[[row]]

@@ -43,6 +43,41 @@ def mechanism(model):
             "bodies": bodies}
 
 
+def summary(told):
+    """What summaries say of a ``mechanism``: ``joints``, their kinds by their names, and
+    ``bodies``, the mass [kg] and the number of carried nodes of each; None where there are none."""
+    return {
+        "joints": {joint["name"]: joint["kind"] for joint in told.get("joints", ())} or None,
+        "bodies": {body["name"]: {"mass": body["mass"], "nodes": len(body["nodes"])}
+                   for body in told.get("bodies", ())} or None}
+
+
+def plural(number, kind):
+    """How many there are of a kind, in words."""
+    if number == 1:
+        return f"1 {kind}"
+    return f"{number} {kind[:-1]}ies" if kind.endswith("y") else f"{number} {kind}s"
+
+
+def words_of_joints(kinds, most=8):
+    """In words, of ``{name: kind}``: how many there are of a kind, and the names of few."""
+    names = {}
+    for name, kind in kinds.items():
+        names.setdefault(kind, []).append(name)
+    return ", ".join(plural(len(own), kind) + (f" ({', '.join(own)})" if len(own) <= most else "")
+                     for kind, own in names.items())
+
+
+def words_of_bodies(bodies, most=8):
+    """In words, of ``{name: {mass, nodes}}``: of many the number and the mass."""
+    if len(bodies) > most:
+        total = sum(body["mass"] for body in bodies.values())
+        return f"{len(bodies)} rigid bodies, {total:g} kg"
+    return ", ".join(f"{name} {body['mass']:g} kg" + (
+        f" with {plural(body['nodes'], 'node')}" if body["nodes"] else "")
+        for name, body in bodies.items())
+
+
 def _joint(model, name, joint, node_of):
     told = {"name": name, "kind": kind_of(joint)}
     if isinstance(joint, (Hinge, Spherical, Tie)):
