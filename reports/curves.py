@@ -147,10 +147,12 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
 
 UNITS = {"reaction": "N", "reaction_moment": "N m", "_u": "m", "_v": "m/s", "_n": "N/m", "_m": "N",
          "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J", "_angle": "rad", "_rate": "rad/s",
-         "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J"}
+         "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J",
+         "_slide": "m", "_speed": "m/s", "_couple": "N m"}
 """Of resultants, and of the columns of probes by their ends."""
 
-MAY_BE_NONE = ("_rate", "_moment", "_stored", "_work", "_lost")
+MAY_BE_NONE = ("_angle", "_rate", "_moment", "_stored", "_work", "_lost", "_slide", "_speed",
+               "_couple")
 """Ends of columns that are not drawn where they are zero: what a joint does not have."""
 
 

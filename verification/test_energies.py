@@ -22,6 +22,7 @@ from corovec import (
     Settings,
     Spring,
     Steps,
+    TimeFunction,
     block,
     cut,
     energy_table,
@@ -216,3 +217,16 @@ def test_damaged_energies_are_told(tmp_path):
         del file["energies/bodies/kinetic"]
     with pytest.raises(ResultFileError, match="energies/bodies/kinetic is missing"):
         read(path)
+
+
+@pytest.mark.parametrize(("options", "end"), [
+    ({}, 0.0), ({"angle": 0.5, "driving": TimeFunction((0.0, 2.0), (0.0, 1.0))}, 2.0),
+    ({"torque": 1.0, "history": TimeFunction((0.0, 3.0), (1.0, 0.0))}, 3.0),
+    ({"torque": 1.0}, np.inf), ({"stiffness": 1.0, "rest": 1.0}, 0.0)])
+def test_motors_and_drives_of_bodies_load_a_model(options, end):
+    """As those of hinges do: until they end."""
+    mesh = block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (1, 1))
+    model = Model.of(mesh, 0.02, 1e8, 0.3, 300.0, bodies=[
+        RigidBody("top", 2.0, (0.3, 0.4, 0.5), (5.0, 0.0, 0.0))], joints=[
+        Revolute("ground", "top", (5.0, 0, 0), (0, 0, 1), **options)])
+    assert model.unloaded_at == end

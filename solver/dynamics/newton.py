@@ -67,7 +67,7 @@ class StepRecord:
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
         impulses: ``Reactions`` times the length of the step; None of a shell without supports.
         loads: ``Resultant`` of the loads times the length of the step.
-        joints: (n_joints, 4) impulses of ``System.joints``, where they are asked for.
+        joints: (n_joints, 7) impulses of ``System.joints``, where they are asked for.
         turned: (n_joints, 2) work of motors, servos and drives, and what dampers took [J].
         parts: of an adaptive step.
         rejected: parts that were taken back.

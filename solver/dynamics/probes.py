@@ -13,14 +13,15 @@ from ..kernels.calls import Call
 from ..kernels.hinges import ANGLE
 from ..model.constants import in_surface, recovery
 from ..model.joints import Hinge, names_of
+from ..model.linkages import Cylindrical, Prismatic, Revolute
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
-from ..system.joints import Angle
+from ..system.joints import Angle, Relative
 from .energies import Energies, acts
 
 MOST_PROBES = 100
-"""Each takes 48 bytes a step, of stress 88, of a joint 72."""
+"""Each takes 48 bytes a step, of stress 88, of a joint 112."""
 
 
 def _place(name, value):
@@ -78,12 +79,15 @@ class EnergyProbe:
 
 @dataclass(frozen=True)
 class JointProbe:
-    """What a joint does: of a hinge or a revolute joint the ``angle`` [rad], its mean ``rate`` in
-    the step [rad/s], the ``moment`` of spring, damper, stops, latch and motor, or of the drive,
-    that turns it on [N m], the energy that is ``stored`` there [J], the ``work`` of its motor and
-    servo and what is ``lost`` in its dampers since t = 0 [J]; of any joint the ``force`` on the
-    plate of its ``nodes``, of a spherical one on the first node, of one with ends on ``other``, or
-    on ``one`` where that is the ground [N].  Forces and moments are means of the step.
+    """What a joint does: of a hinge, a revolute or a cylindrical joint the ``angle`` [rad] and its
+    mean ``rate`` in the step [rad/s]; of a cylindrical or prismatic one the ``slide`` of ``other``
+    along the axis [m] and its mean ``speed`` [m/s]; the ``moment`` of spring, damper, stops, latch
+    and motor, or of the drive, that turns it on [N m], the energy that is ``stored`` there [J], the
+    ``work`` of its motor, servo or drive and what is ``lost`` in its dampers since t = 0 [J]; of
+    any joint the ``force`` on the plate of its ``nodes``, of a spherical one on the first node, of
+    one with ends on ``other``, or on ``one`` where that is the ground [N], and on that its
+    ``couple``, all moments about its place, of moments about its axis too [N m].  Forces and
+    moments are means of the step.  What a joint does not have is zero.
 
     Attributes:
         joint: its name.
@@ -261,6 +265,9 @@ class _Joint:
         joint = model.joints[self._number]
         self._angle = Angle(model, joint) if isinstance(joint, Hinge) else None
         acting = [k for k, other in enumerate(model.joints) if acts(other)]
+        self._relative = None
+        if isinstance(joint, (Revolute, Cylindrical, Prismatic)):
+            self._relative = Relative(model, joint)
         self._place = acting.index(self._number) if self._number in acting else None
         self.told = {"joint": probe.joint}
 
@@ -270,14 +277,17 @@ class _Joint:
         if self._angle:
             last = rows[0, 0] if len(rows) == 2 else 0.0
             row[0] = self._angle(state, place.start.p, last)
-        elif np.any(at := system.turnings.joints == self._number):
-            row[0] = state.hinges[at, ANGLE][0]
+        elif self._place is not None:
+            row[0] = state.hinges[system.turnings.joints == self._number, ANGLE][0]
+        if self._relative:
+            angle, row[9] = self._relative(system, state, rows[0, 0] if len(rows) == 2 else 0.0)
+            row[0] = row[0] if self._place is not None else angle
         if len(rows) == 2:
-            row[1] = (row[0] - rows[0, 0]) / dt
-            force_and_moment = record.joints[self._number] / dt
-            row[2], row[3:6] = force_and_moment[3], force_and_moment[:3]
-            row[7:] = rows[0, 7:]
+            row[1], row[10] = (row[0] - rows[0, 0]) / dt, (row[9] - rows[0, 9]) / dt
+            forces = record.joints[self._number] / dt
+            row[2], row[3:6], row[11:] = forces[3], forces[:3], forces[4:]
+            row[7:9] = rows[0, 7:9]
             if self._place is not None:
-                row[7:] += record.turned[self._number]
+                row[7:9] += record.turned[self._number]
         if self._place is not None:
             row[6] = system.turnings.energies(state)[self._place]

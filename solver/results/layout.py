@@ -43,7 +43,8 @@ PROBES = {
     "energy": {"_strain_energy": ("strain_energy", ())},
     "joint": {"_angle": ("angle", ()), "_rate": ("rate", ()), "_moment": ("hinge_moment", ()),
               "_force": ("joint_force", (3,)), "_stored": ("stored", ()), "_work": ("work", ()),
-              "_lost": ("lost", ())}}
+              "_lost": ("lost", ()), "_slide": ("slide", ()), "_speed": ("speed", ()),
+              "_couple": ("couple", (3,))}}
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
 

@@ -6,7 +6,9 @@ from scipy.sparse import coo_array
 from ..kernels import hinges
 from ..kernels.arguments import DONE
 from ..kernels.calls import Call
+from ..model.bodies import GROUND
 from ..model.joints import shares_of_edge
+from ..model.linkages import Cylindrical, Prismatic, Revolute
 from .failure import NotConverged
 from .state import blank_state
 from .turning import nearest
@@ -31,6 +33,42 @@ class Angle:
     def _measured(self, state, p):
         self._angles(self._edges, self._directors, state.motion, p, self._found)
         return self._found - self._initial
+
+
+class Relative:
+    """How far ``other`` has moved against ``one`` by a joint with an axis: turned about it, slid
+    along it; of the exact scheme.
+
+    Attributes:
+        turns, slides: whether the joint lets it, and no moment follows the turn already.
+    """
+
+    def __init__(self, model, joint):
+        self._X, self._axis = model.nodes, np.array(joint.axis)
+        first = len(model.nodes) - len(model.bodies)
+        node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
+        self._ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]
+        smooth = [end is not None and np.diff(model.directors.first[end:end + 2])[0] == 1
+                  for end in self._ends]
+        self._place = joint.place(model.nodes)
+        self._arms = [self._place if end is None else np.zeros(3) if single else
+                      self._place - model.nodes[end] for end, single in zip(self._ends, smooth)]
+        self._side = np.linalg.svd(self._axis[None])[2][1]  # at right angles to the axis
+        self.slides = isinstance(joint, (Cylindrical, Prismatic))
+        self.turns = isinstance(joint, (Cylindrical, Revolute)) and not any(smooth) and not (
+            isinstance(joint, Revolute) and joint.places)
+
+    def __call__(self, system, state, last):
+        """Angle [rad], within half a turn of the ``last``, and slide [m] at a state."""
+        turns = [np.eye(3) if end is None else
+                 state.chart[end].T @ system.coordinates.initial_frames[end] for end in self._ends]
+        axis, side = turns[0] @ self._axis, turns[0] @ self._side
+        arm = turns[1] @ self._side
+        points = [turn @ arm + (0.0 if end is None else state.x[end] + state.x_low[end])
+                  for end, turn, arm in zip(self._ends, turns, self._arms)]
+        angle = np.arctan2(arm @ np.cross(axis, side), arm @ side)
+        return (float(nearest(angle, last)) if self.turns else 0.0,
+                float((points[1] - points[0]) @ axis) if self.slides else 0.0)
 
 
 class JointForces:

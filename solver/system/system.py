@@ -342,10 +342,10 @@ class System:
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
 
     def joints(self):
-        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
-        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
-        """
-        found = np.zeros((len(self.model.joints), 4))
+        """(n_joints, 7) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, moment about its axis and, of one with ends, moment about its place on
+        the same end [N m], of the iterate that was assembled last."""
+        found = np.zeros((len(self.model.joints), 7))
         found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
         if self.hinges:
             n = len(self.hinges.moments)
@@ -354,7 +354,9 @@ class System:
             found[:, 3] += self.linked.about_axes()
             owners = self.linked.owners
             for number in np.unique(owners[owners < len(found)]):
-                found[number, :3] = self.linked.on(number)[0]
+                found[number, :3], moment = self.linked.on(number)
+                found[number, 4:] = moment - np.cross(self.linked.place_on(number),
+                                                      found[number, :3])
         return found
 
     def _moments_on_normals(self, place, averaged):
