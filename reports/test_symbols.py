@@ -1,6 +1,8 @@
 """Joints and rigid bodies in pictures: what is drawn, where, and where it is as they move."""
 
+import gzip
 import json
+from base64 import b64decode
 
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ from corovec import (
 )
 from corovec.reports.colours import ENERGY, coloured
 from corovec.reports.film import _scene
+from corovec.reports.player import STEPS, player
 from corovec.reports.recording import Recording
 from corovec.reports.scenes import sequence
 from corovec.reports.shells import mesh_and_loads
@@ -244,3 +247,20 @@ def test_words_of_many():
     bodies = {f"b{k}": {"mass": 2.0, "nodes": 0} for k in range(9)}
     assert words_of_bodies(bodies) == "9 rigid bodies, 18 kg"
     assert words_of_bodies({"a": {"mass": 2.0, "nodes": 1}}) == "a 2 kg with 1 node"
+
+
+def test_players_have_them(flown):
+    """Their points follow the nodes, in every frame; of each look there is a line or a mark."""
+    _, recording = flown
+    data = player(recording)
+    scaled = np.frombuffer(gzip.decompress(b64decode(data["position"])), "<u2")
+    x = scaled.reshape(data["frames"], data["nodes"], 3) / STEPS * data["size"] + data["low"]
+    x = x[:, len(recording.nodes):] + np.transpose(data["centre"])[:, None]
+    places = recording.symbol_places(np.arange(data["frames"]))
+    np.testing.assert_allclose(x, places, atol=2e-4)
+    marks = {row["mark"] for row in data["symbols"]}
+    assert marks == {None, "circle", "circle-open", "square", "diamond", "cross"}
+    for row in data["symbols"]:
+        points = np.array(row["points"])
+        assert points.min() >= len(recording.nodes) and points.max() < data["nodes"]
+        assert row["mark"] or len(points) % 2 == 0
