@@ -1,5 +1,6 @@
 """Energies by item: the table of a run closes, and each of its entries is right by itself."""
 
+import json
 from functools import cache
 
 import numpy as np
@@ -31,6 +32,9 @@ from corovec import (
     simulate,
 )
 from corovec.solver.dynamics.energies import COLUMNS, MOST_SPRINGS
+from corovec.solver.results.description import parsed
+from corovec.solver.results.layout import Sizes
+from corovec.solver.runtime.provenance import describe
 
 EXACT = Scheme("exact")
 RUN = Settings(dt=0.01, end_time=0.2, scheme=EXACT)
@@ -203,6 +207,25 @@ def test_what_has_no_table():
         GroundSpring(k, (9.0, 9.0, 9.0)) for k in range(6)], loads=[Gravity((0, 0, -1.0))])
     with pytest.raises(InputError, match="run must be a Result"):
         energy_table(load_control(held, [1.0]))
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda told: told["joints"][0].update(nodes=[99]), "a joint or a body where there is no node"),
+    (lambda told: told["joints"][0].update(nodes=[-1]), "a joint or a body where there is no node"),
+    (lambda told: told["joints"][1]["points"][0].update(first=99), "where there is no node"),
+    (lambda told: told["bodies"][0].update(first=-3), "where there is no node"),
+    (lambda told: told["bodies"][0].update(axes=[[1.0, 0.0, 0.0]]), "description.bodies.0.axes"),
+    (lambda told: told["energies"]["bodies"].pop(), "description.energies is")])
+def test_descriptions_of_joints_that_are_not_there(change, message):
+    """A file that is signed, from elsewhere, is refused before anything is drawn of it."""
+    told = describe(craft(), RUN, "skyline", None, {}, None,
+                    {"joints": ["a", "b", "c"], "bodies": ["a", "b", "c"]})
+    sizes = Sizes(False, len(craft().nodes), len(craft().quads), len(craft().normals), 1, 1, 1,
+                  False, False, items=(("joints", 3), ("bodies", 3)))
+    parsed(json.dumps(told), sizes)
+    change(told)
+    with pytest.raises(ValueError, match=message):
+        parsed(json.dumps(told), sizes)
 
 
 def test_damaged_energies_are_told(tmp_path):

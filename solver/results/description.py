@@ -126,8 +126,8 @@ class _Description(_Strict):
     solver: str
     unloaded_at: Annotated[float, Field(ge=0.0, allow_inf_nan=True)]
     supported: bool
-    joints: list[_Joint] = []
-    bodies: list[_RigidBody] = []
+    joints: list[_Joint]
+    bodies: list[_RigidBody]
     versions: _Versions
     machine: _Machine
 
@@ -150,7 +150,7 @@ class _Dynamics(_Description):
     settings: _Settings
     probes: dict[str, int | _StressProbe | _EnergyProbe | _JointProbe]
     start: str | None
-    energies: dict[str, list[str]] = {}
+    energies: dict[str, list[str]]
 
 
 class _Statics(_Description):
