@@ -21,7 +21,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
-from corovec.solver.model.mechanism import plural
+from corovec.solver.model.mechanism import plural, turns
 
 from .style import BLACK, BLUE, GREEN, VERMILLION
 
@@ -313,20 +313,5 @@ def _moved(carried, positions, directors):
     arm = np.broadcast_to(vector, (len(positions), 3))
     if np.any(vector) and "first" in carried:
         at, initial = carried["first"], np.array(carried["directors"])
-        arm = np.einsum("fij,j->fi", _turns(initial, directors[:, at:at + len(initial)]), vector)
+        arm = np.einsum("fij,j->fi", turns(initial, directors[:, at:at + len(initial)]), vector)
     return arm if carried.get("turned") else positions[:, node] + arm
-
-
-def _turns(initial, present):
-    """(n_frames, 3, 3) rotations that take ``initial`` directors (n, 3) to the ``present`` ones
-    (n_frames, n, 3): of several the nearest one, of a single one the shortest."""
-    if len(initial) > 1:
-        u, _, v = np.linalg.svd(np.einsum("fni,nj->fij", present, initial))
-        u[:, :, 2] *= np.linalg.det(u @ v)[:, None]
-        return u @ v
-    n, p = initial[0], present[:, 0]
-    c, w = p @ n, np.cross(n, p)
-    cross = np.zeros((len(p), 3, 3))
-    for a, b, k in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
-        cross[:, a, b], cross[:, b, a] = w[:, k], -w[:, k]
-    return np.eye(3) + cross + cross @ cross / np.maximum(1.0 + c, 1e-9)[:, None, None]

@@ -280,7 +280,8 @@ class _Joint:
         elif self._place is not None:
             row[0] = state.hinges[system.turnings.joints == self._number, ANGLE][0]
         if self._relative:
-            angle, row[9] = self._relative(system, state, rows[0, 0] if len(rows) == 2 else 0.0)
+            angle, row[9] = self._relative(state, place.start.p,
+                                           rows[0, 0] if len(rows) == 2 else 0.0)
             row[0] = row[0] if self._place is not None else angle
         if len(rows) == 2:
             row[1], row[10] = (row[0] - rows[0, 0]) / dt, (row[9] - rows[0, 9]) / dt

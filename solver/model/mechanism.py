@@ -110,3 +110,18 @@ def carried(model, end, vector, turned):
     first, last = model.directors.first[end:end + 2].tolist()
     return {"node": end, "vector": (vector if turned else vector - model.nodes[end]).tolist(),
             "first": first, "directors": model.normals[first:last].tolist()}
+
+
+def turns(initial, present):
+    """(n_frames, 3, 3) rotations that take ``initial`` directors (n, 3) to the ``present`` ones
+    (n_frames, n, 3): of several the nearest one, of a single one the shortest."""
+    if len(initial) > 1:
+        u, _, v = np.linalg.svd(np.einsum("fni,nj->fij", present, initial))
+        u[:, :, 2] *= np.linalg.det(u @ v)[:, None]
+        return u @ v
+    n, p = initial[0], present[:, 0]
+    c, w = p @ n, np.cross(n, p)
+    cross = np.zeros((len(p), 3, 3))
+    for a, b, k in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
+        cross[:, a, b], cross[:, b, a] = w[:, k], -w[:, k]
+    return np.eye(3) + cross + cross @ cross / np.maximum(1.0 + c, 1e-9)[:, None, None]

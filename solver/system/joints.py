@@ -9,6 +9,7 @@ from ..kernels.calls import Call
 from ..model.bodies import GROUND
 from ..model.joints import shares_of_edge
 from ..model.linkages import Cylindrical, Prismatic, Revolute
+from ..model.mechanism import turns
 from .failure import NotConverged
 from .state import blank_state
 from .turning import nearest
@@ -37,7 +38,7 @@ class Angle:
 
 class Relative:
     """How far ``other`` has moved against ``one`` by a joint with an axis: turned about it, slid
-    along it; of the exact scheme.
+    along it.
 
     Attributes:
         turns, slides: whether the joint lets it, and no moment follows the turn already.
@@ -50,6 +51,9 @@ class Relative:
         self._ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]
         smooth = [end is not None and np.diff(model.directors.first[end:end + 2])[0] == 1
                   for end in self._ends]
+        self._at = [None if end is None else slice(*model.directors.first[end:end + 2].tolist())
+                    for end in self._ends]
+        self._normals = [None if at is None else model.normals[at] for at in self._at]
         self._place = joint.place(model.nodes)
         self._arms = [self._place if end is None else np.zeros(3) if single else
                       self._place - model.nodes[end] for end, single in zip(self._ends, smooth)]
@@ -58,14 +62,15 @@ class Relative:
         self.turns = isinstance(joint, (Cylindrical, Revolute)) and not any(smooth) and not (
             isinstance(joint, Revolute) and joint.places)
 
-    def __call__(self, system, state, last):
-        """Angle [rad], within half a turn of the ``last``, and slide [m] at a state."""
-        turns = [np.eye(3) if end is None else
-                 state.chart[end].T @ system.coordinates.initial_frames[end] for end in self._ends]
-        axis, side = turns[0] @ self._axis, turns[0] @ self._side
-        arm = turns[1] @ self._side
+    def __call__(self, state, p, last):
+        """Angle [rad], within half a turn of the ``last``, and slide [m] at a state with normals
+        p."""
+        turned = [np.eye(3) if end is None else turns(initial, p[None, at])[0]
+                  for end, at, initial in zip(self._ends, self._at, self._normals)]
+        axis, side = turned[0] @ self._axis, turned[0] @ self._side
+        arm = turned[1] @ self._side
         points = [turn @ arm + (0.0 if end is None else state.x[end] + state.x_low[end])
-                  for end, turn, arm in zip(self._ends, turns, self._arms)]
+                  for end, turn, arm in zip(self._ends, turned, self._arms)]
         angle = np.arctan2(arm @ np.cross(axis, side), arm @ side)
         return (float(nearest(angle, last)) if self.turns else 0.0,
                 float((points[1] - points[0]) @ axis) if self.slides else 0.0)

@@ -413,7 +413,7 @@ class System:
             item.add_matrix(self.dofs, iterate, values, next(storages), solver.values, solver.skew)
         for spring in self._springs:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
-        if self.hinges:
+        if self.hinges and step.stiffness:
             self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
         if self.bodies:
             self.bodies.add_matrix(self.solver.storage, step, solver.values)
