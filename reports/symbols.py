@@ -21,7 +21,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
-from corovec.solver.model.mechanism import plural, turns
+from corovec.solver.model.mechanism import moved, plural
 
 from .style import BLACK, BLUE, GREEN, VERMILLION
 
@@ -150,7 +150,7 @@ class Symbols:
         found = np.zeros((len(positions), len(self._points), 3))
         for k, parts in enumerate(self._points):
             for carried in parts:
-                found[:, k] += _moved(carried, positions, directors)
+                found[:, k] += moved(carried, positions, directors)
         return found
 
     def _point(self, *parts):
@@ -303,15 +303,3 @@ def key_of_symbols(axes, symbols):
 def symbols_of(model):
     """``Symbols`` of a ``Model`` or a ``Recording``; none of what has no mechanism."""
     return Symbols(getattr(model, "mechanism", {"joints": [], "bodies": []}), model.nodes)
-
-
-def _moved(carried, positions, directors):
-    """(n_frames, 3) where what is carried is in each frame, see ``model.mechanism.carried``."""
-    vector, node = np.asarray(carried["vector"], dtype=float), carried["node"]
-    if node is None:
-        return np.broadcast_to(vector, (len(positions), 3))
-    arm = np.broadcast_to(vector, (len(positions), 3))
-    if np.any(vector) and "first" in carried:
-        at, initial = carried["first"], np.array(carried["directors"])
-        arm = np.einsum("fij,j->fi", turns(initial, directors[:, at:at + len(initial)]), vector)
-    return arm if carried.get("turned") else positions[:, node] + arm

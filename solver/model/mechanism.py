@@ -96,7 +96,7 @@ def _joint(model, name, joint, node_of):
                      for end, axis in zip(ends, AXES.get(type(joint), ()))]}
 
 
-def carried(model, end, vector, turned):
+def carried(model, end, vector, turned=False):
     """A place, or a direction that is ``turned`` only, that a node takes along; ``end``: its
     number, None of the ground.
 
@@ -110,6 +110,24 @@ def carried(model, end, vector, turned):
     first, last = model.directors.first[end:end + 2].tolist()
     return {"node": end, "vector": (vector if turned else vector - model.nodes[end]).tolist(),
             "first": first, "directors": model.normals[first:last].tolist()}
+
+
+def moved(carried, positions, directors):
+    """(n_frames, 3) where what is carried is in each frame, see ``carried``.
+
+    Args:
+        carried: its dictionary; one that has ``turned`` is a direction.
+        positions: (n_frames, n_nodes, 3) of nodes [m].
+        directors: (n_frames, n_directors, 3).
+    """
+    vector, node = np.asarray(carried["vector"], dtype=float), carried["node"]
+    if node is None:
+        return np.broadcast_to(vector, (len(positions), 3))
+    arm = np.broadcast_to(vector, (len(positions), 3))
+    if np.any(vector) and "first" in carried:
+        at, initial = carried["first"], np.array(carried["directors"])
+        arm = np.einsum("fij,j->fi", turns(initial, directors[:, at:at + len(initial)]), vector)
+    return arm if carried.get("turned") else positions[:, node] + arm
 
 
 def turns(initial, present):

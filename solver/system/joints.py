@@ -8,8 +8,8 @@ from ..kernels.arguments import DONE
 from ..kernels.calls import Call
 from ..model.bodies import GROUND
 from ..model.joints import shares_of_edge
-from ..model.linkages import Cylindrical, Prismatic, Revolute
-from ..model.mechanism import turns
+from ..model.linkages import Cylindrical, Prismatic, Revolute, RigidLink, Tie
+from ..model.mechanism import carried, moved, turns
 from .failure import NotConverged
 from .state import blank_state
 from .turning import nearest
@@ -74,6 +74,31 @@ class Relative:
         angle = np.arctan2(arm @ np.cross(axis, side), arm @ side)
         return (float(nearest(angle, last)) if self.turns else 0.0,
                 float((points[1] - points[0]) @ axis) if self.slides else 0.0)
+
+
+class EndPlaces:
+    """Places of joints with ends, each on the end on which its force is told."""
+
+    def __init__(self, model):
+        own = {body.name: node for body, (node, _) in zip(model.bodies, model.body_masses)}
+        self._points = {}
+        for number, joint in enumerate(model.joints):
+            if isinstance(joint, Tie):
+                self._points[number] = [carried(model, i, model.nodes[i]) for i in joint.nodes]
+            elif joint.ends:
+                side = 0 if joint.other == GROUND else 1
+                node = own.get(joint.ends[side], joint.ends[side])
+                at = (joint.at, joint.to)[side] if isinstance(joint, RigidLink) else (
+                    joint.place(model.nodes))
+                if node == joint.ends[side] or at is None:
+                    at = model.nodes[node]
+                self._points[number] = [carried(model, node, at)]
+
+    def __call__(self, positions, directors):
+        """``{number: (3,)}`` means of the places with positions (2, n_nodes, 3) of the nodes and
+        directors (2, n_directors, 3) [m]."""
+        return {number: np.mean([moved(point, positions, directors) for point in points],
+                                axis=(0, 1)) for number, points in self._points.items()}
 
 
 class JointForces:

@@ -518,22 +518,6 @@ class Multipliers:
                 moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
         return force, moment
 
-    def place_on(self, number):
-        """(3,) mean place in the step of the joint ``number`` on the end of ``on`` [m]."""
-        _, x, dx, before, after = self._at
-        joint, X, places = self._model.joints[number], self._model.nodes, []
-        for i in self._end_of(number):
-            at = X[i]
-            if isinstance(joint, RigidLink):
-                given = joint.at if joint.other == GROUND else joint.to
-                at = at if given is None else np.array(given)
-            elif not isinstance(joint, Tie):
-                at = joint.place(X)
-            _, ((_, _, b),) = self._rows_of._point(i, at)
-            j = np.searchsorted(self._nodes, i)
-            places.append(x[j] + 0.5 * dx[j] + 0.5 * (before[j] + after[j]).T @ b)
-        return np.mean(places, axis=0)
-
     def about_axes(self):
         """(n_joints,) moments that turn joints on, of drives too [N m]."""
         return np.bincount(self.owners[self._m:], -self.forces[self._m:], len(self._model.joints))
