@@ -8,7 +8,7 @@ from ..kernels.arguments import DONE
 from ..kernels.calls import Call
 from ..model.bodies import GROUND
 from ..model.joints import shares_of_edge
-from ..model.linkages import Cylindrical, Prismatic, Revolute, RigidLink, Tie
+from ..model.linkages import LINKED, Cylindrical, Prismatic, Revolute, RigidLink, Tie
 from ..model.mechanism import carried, moved, turns
 from .failure import NotConverged
 from .state import blank_state
@@ -85,7 +85,7 @@ class EndPlaces:
         for number, joint in enumerate(model.joints):
             if isinstance(joint, Tie):
                 self._points[number] = [carried(model, i, model.nodes[i]) for i in joint.nodes]
-            elif joint.ends:
+            elif isinstance(joint, LINKED):
                 side = 0 if joint.other == GROUND else 1
                 node = own.get(joint.ends[side], joint.ends[side])
                 at = (joint.at, joint.to)[side] if isinstance(joint, RigidLink) else (
