@@ -340,6 +340,11 @@ class Multipliers:
     def __bool__(self):
         return len(self.owners) > 0
 
+    @property
+    def drives(self):
+        """Numbers of the joints that are driven."""
+        return self.owners[self._m:self._hard]
+
     def _set_values(self, coordinates):
         """Products of the initial configuration; constraints must be independent there."""
         X, rest = self._model.nodes, np.zeros_like(self._model.nodes)
@@ -449,7 +454,7 @@ class Multipliers:
         rates = self._G_0 @ state.velocity[self.dofs]
         sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
         rates[self._m:] -= driven.before
-        sizes[self._m:] += np.abs(driven.before)
+        sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
         missed = np.abs(rates) - RATES * sizes
         # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
         missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
@@ -605,9 +610,9 @@ class Multipliers:
         return change
 
     def settle(self, state, delta, driven):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints; the work
-        of the drives in it [J]."""
-        work = -self.forces[self._m:self._hard] @ (self._G_m[self._m:self._hard]
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
+        of the ``drives`` in it [J]."""
+        work = -self.forces[self._m:self._hard] * (self._G_m[self._m:self._hard]
                                                    @ delta[self.dofs])
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
@@ -615,7 +620,7 @@ class Multipliers:
         before, after = (solve_triangular(root.T, n, lower=False)
                          for root in (self._root, self._root_1))
         state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
-        return float(work + self._rates_0 @ before[self._m:] - driven.after @ after[self._m:])
+        return work + self._rates_0 * before[self._m:] - driven.after * after[self._m:]
 
 
 def _root(S):
