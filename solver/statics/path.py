@@ -52,6 +52,7 @@ class Path:
             description = describe(system.model, self._settings, system.solver.name, **plan)
             if resume and output.exists():
                 self.rows.resume(output, description)
+                self.equilibrium.lean(self.rows.reached[0])
                 return
         if system.model.heated:
             self.equilibrium.warm()
@@ -70,6 +71,7 @@ class Path:
             turned: whether the load turned round since the row before.
         """
         equilibrium = self.equilibrium
+        equilibrium.lean(factor)
         equilibrium.assemble(factor, tangent=False)
         reactions = equilibrium.reactions(factor)
         loads, left = equilibrium.balance(factor, reactions)

@@ -18,7 +18,7 @@ class Bodies:
         self.cells = self.cells.reshape(-1, 1)
         self._mass = np.array([mass for _, mass in model.body_masses])
         self._spread = spreads(model.bodies, len(model.normals))
-        self._dofs = None
+        self._dofs, self._first = None, model.directors.first
 
     def __bool__(self):
         return len(self.cells) > 0
@@ -39,6 +39,16 @@ class Bodies:
     def add_matrix(self, storage, step, values):
         """Add their mass to a matrix."""
         values[storage.diagonal[self._dofs]] += step.mass * self._mass[:, None]
+
+    def add_turning(self, numbering, storage, iterate, values):
+        """Add their rotary inertia ``sum I_k A1_k^T A1_k`` in rotational variables to a matrix."""
+        for i in self.cells[:, 0]:
+            d = self._first[i] + np.arange(3)
+            A1, I = iterate.A1[d], iterate.step.mass * self._spread[d]
+            block = np.einsum("k,kcr,kcs->rs", I, A1, A1)
+            rows, columns = np.tril_indices(3)
+            at = storage.diagonal[numbering.start[i] + 3 + rows]
+            values[at - (rows - columns) * storage.stride] += block[rows, columns]
 
     def observed(self, shell, state, start):
         """``arguments.Observation`` of the ``shell`` with these bodies."""

@@ -28,7 +28,7 @@ class ExactSystem(System):
     to one node.
     """
 
-    exact = True
+    exact = takes_joints = True
 
     def _make_coordinates(self, follow):
         elements, model = self.elements, self.model

@@ -125,11 +125,15 @@ class Linked:
         """Of joints, then of bodies."""
         return [*names_of(self._model.joints), *(f"body {b.name}" for b in self._model.bodies)]
 
-    def follow(self, state):
-        """Angles of a ``state``."""
+    def _frames_at(self, state, start):
+        """(n_nodes, 3, 3) frames of nodes at a ``state`` and its ``Start``."""
+        return state.chart
+
+    def follow(self, state, start):
+        """Angles of a ``state`` and its ``Start``."""
         if len(self._places):
-            self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
-                        self._u[1], self._d[1])
+            self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x),
+                        self._frames_at(state, start), self._u[1], self._d[1])
             at = self._places, hinges.ANGLE
             state.hinges[at] = nearest(self._angles(self._u[1]) - self._initial, state.hinges[at])
 

@@ -58,7 +58,7 @@ class System:
         turnings: ``Turnings``, moments of joints.
         hinges: ``Hinges`` that have one.
         bodies: ``Bodies``, rigid ones.
-        linked: ``Multipliers``, None but in the exact scheme.
+        linked: ``Linked``, constraints of joints and bodies, None where there are none.
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
@@ -72,7 +72,7 @@ class System:
         factorizations: how many there have been, by which a kept one is known.
     """
 
-    exact = False
+    exact = takes_joints = False
 
     def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
@@ -82,9 +82,9 @@ class System:
         self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
         self.hinges = Hinges(model, self.turnings)
         self.bodies, self.linked = Bodies(model), None
-        if not self.exact and (model.bodies or model.linked):
+        if not self.takes_joints and (model.bodies or model.linked):
             raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
-                             "scheme exact")
+                             "scheme exact, or statics")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
@@ -222,7 +222,7 @@ class System:
         if self.hinges:
             self.hinges.follow(state, place.start.p)
         if self.linked:
-            self.linked.follow(state)
+            self.linked.follow(state, place.start)
         if self._springs or self.turnings:
             stored = self._turning.energy(place.start.p) + self.turnings.energy(state)
             stored += sum(spring.energy(state) for spring in self._springs)
@@ -279,7 +279,8 @@ class System:
             raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
-        if tangent and (self._springs or self.hinges or self.bodies or not self.all_dead):
+        if tangent and (self._springs or self.hinges or self.bodies or self.linked
+                        or not self.all_dead):
             self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
