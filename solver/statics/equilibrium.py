@@ -91,6 +91,13 @@ class Equilibrium:
         if self.system.linked:
             self.system.linked.forces[:] = forces
 
+    def take(self, configuration):
+        """Become the state of a ``Configuration``."""
+        hinges = self.state.hinges.copy()
+        system = self.system
+        self.state.take(system.coordinates.initial_state(system.model, configuration))
+        self.state.hinges[:] = hinges
+
     def lean(self, factor):
         """Take the multipliers of joints from the state at a load factor."""
         if self.system.linked:

@@ -69,14 +69,25 @@ def _check_group(model, fixed, part, group, linked):
         which = "the shell" if part.max() == 0 else _name(model, nodes[group[0]])
         raise InputError(f"the supports leave {counted} of {which} free, {_told(free)}: hold "
                          "it by a Support, as in supports=[Support(nodes, components)]")
-    moving = []
+    moving, of = [], []
     for k, at in column.items():
         _, sizes, own = np.linalg.svd(free[:, at])
         if np.any(sizes > HELD):
             moving.append(f"of {_name(model, nodes[k])} {_told(own[:sum(sizes > HELD)])}")
+            of.extend(nodes[k].tolist())
     more = f"; and of {len(moving) - MOST_TOLD} parts more" if len(moving) > MOST_TOLD else ""
     raise InputError(f"supports and joints leave {counted} free: {'; '.join(moving[:MOST_TOLD])}"
-                     f"{more}: hold them by a Support, or a joint by its stiffness")
+                     f"{more}: {_advice(linked, of)}")
+
+
+def _advice(linked, moving):
+    """What to do, with the joints of nodes that move."""
+    joints = linked.joints_of(moving) if linked else []
+    if not joints:
+        return "hold them by a Support, or a Hinge by its stiffness"
+    told = ", ".join(joints[:MOST_TOLD]) + (" and others" if len(joints) > MOST_TOLD else "")
+    return (f"hold them by a Support, or a Hinge or Revolute by its stiffness, or take joints that "
+            f"hold more than {told}")
 
 
 def _name(model, nodes):

@@ -28,6 +28,7 @@ class Path:
 
     def __init__(self, model, settings):
         self.equilibrium = Equilibrium(model, settings)
+        self._joints = []
         self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
@@ -52,7 +53,7 @@ class Path:
             description = describe(system.model, self._settings, system.solver.name, **plan)
             if resume and output.exists():
                 self.rows.resume(output, description)
-                self.equilibrium.lean(self.rows.reached[0])
+                self._take_joints()
                 return
         if system.model.heated:
             self.equilibrium.warm()
@@ -73,6 +74,7 @@ class Path:
         equilibrium = self.equilibrium
         equilibrium.lean(factor)
         equilibrium.assemble(factor, tangent=False)
+        self._append_joints()
         reactions = equilibrium.reactions(factor)
         loads, left = equilibrium.balance(factor, reactions)
         if len(self.rows):
@@ -87,10 +89,33 @@ class Path:
                           next_step),
                          reactions, shown)
 
+    def _append_joints(self):
+        """Forces, moments and angles of joints in the state that was assembled last."""
+        equilibrium = self.equilibrium
+        system, last = equilibrium.system, np.zeros(len(equilibrium.system.model.joints))
+        if self._joints:
+            last = self._joints[-1][:, 4]
+        angles = system.angles(equilibrium.state, equilibrium.place, last)
+        self._joints.append(np.column_stack([system.joints(), angles]))
+
+    def _take_joints(self):
+        """The same of all rows of a file, which does not have them, and the multipliers there."""
+        equilibrium = self.equilibrium
+        reached = equilibrium.state.pack()
+        for k, factor in enumerate(self.rows.factors):
+            equilibrium.take(self.rows.configuration(k))
+            equilibrium.lean(factor)
+            equilibrium.assemble(factor, tangent=False)
+            self._append_joints()
+        equilibrium.state.unpack(reached)
+        equilibrium.lean(factor)
+
     def result(self, first):
         """``StaticResult`` of the rows from ``first`` on."""
         equilibrium = self.equilibrium
-        return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
+        joints = np.array(self._joints[first:])
+        return StaticResult(*self.rows.columns(first), joints[..., :3], joints[..., 3],
+                            joints[..., 4], tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock, peak_memory())
 

@@ -12,7 +12,10 @@ pivots tell stability.
 import numpy as np
 
 from ..kernels.arguments import STATIC
+from ..kernels.hinges import ANGLE
+from ..model.joints import Hinge
 from .constrained import Linking
+from .joints import Angle
 from .linear import SuperLU, UnsymmetricLU
 from .reactions import along
 from .still_links import StillLinks
@@ -26,6 +29,8 @@ class StillSystem(System):
 
     def __init__(self, model, solver="auto", full_tangent=False):
         super().__init__(model, solver, full_tangent=full_tangent)
+        self._hinge_angles = {k: Angle(model, joint) for k, joint in enumerate(model.joints)
+                              if isinstance(joint, Hinge)}
         self.linked = StillLinks(self) if model.linked or model.bodies else None
         if self.linked:
             unsymmetric = full_tangent and not self.all_dead
@@ -58,8 +63,22 @@ class StillSystem(System):
         """Take the multipliers that balance a state as nearly as they can."""
         self.linked.forces[:] = 0.0
         self.assemble(state, place, STATIC, np.zeros(self.numbering.n_dof), loads, tangent=False)
-        self.linked.reduce()
-        self.linked.forces += self.linked.pull(self.residual.balance)
+        self.hold()
+
+    def hold(self):
+        """Let joints take what they can of the residual of the last iterate."""
+        if self.linked:
+            self.inner_forces += self.linked.hold(self.residual)
+
+    def angles(self, state, place, last):
+        """(n_joints,) angles of hinges and of revolute joints whose angle takes part, within half a
+        turn of the ``last`` [rad]; zero of other joints."""
+        found = np.zeros(len(self.model.joints))
+        for k, measured in self._hinge_angles.items():
+            found[k] = measured(state, place.start.p, last[k])
+        own = self.turnings.joints[self.turnings.hinges:]
+        found[own] = state.hinges[self.turnings.hinges:, ANGLE]
+        return found
 
     def _add_items(self, iterate, loads):
         super()._add_items(iterate, loads)

@@ -270,8 +270,21 @@ class StillLinks(Linked):
     def linear(self, motion):
         """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,)."""
         change, soft = np.zeros_like(motion), self._G[self._hard:]
-        change[self.dofs] = -soft.T @ (self._slopes * (soft @ motion[self.dofs]))
+        less = self._slopes * (soft @ motion[self.dofs])
+        self.forces[self._hard:] += less
+        change[self.dofs] = -soft.T @ less
         return change
+
+    def hold(self, residual):
+        """Take the multipliers that balance a ``Residual``, and add their forces to it; these."""
+        self.reduce()
+        change, forces = self.pull(residual.balance), np.zeros(self._n_dof)
+        forces[self.dofs] = -self._G.T @ change
+        self.forces += change
+        residual.unmasked[:] += forces
+        residual.applied[:] += forces
+        residual.balance[:] += self._free(forces)
+        return forces
 
     # ------------------------------------------------------------------ results
 
@@ -305,6 +318,15 @@ class StillLinks(Linked):
         first, node = self._terms.first, self._terms.node
         for one, other in self._pairs:
             yield np.r_[node[first[one]:first[one + 1]], node[first[other]:first[other + 1]]]
+
+    def joints_of(self, nodes):
+        """Names of joints with an end at some of the ``nodes``."""
+        found = {self._names()[owner] for owner, side in zip(self._owners_of_pairs(), self.sides())
+                 if owner < len(self._model.joints) and np.isin(side, nodes).any()}
+        return sorted(found)
+
+    def _owners_of_pairs(self):
+        return [*self.owners[:self._m], *np.repeat(self.owners[self._m:], 2)]
 
     def holds(self):
         """Rows (k, n_local) of all that holds a rigid motion: of constraints, drives and
