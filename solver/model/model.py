@@ -253,16 +253,17 @@ class Model:
             raise InputError(f"{name} is missing{where}")
         return floats(name, values, (n,))
 
-    def under(self, loads, supports):
+    def under(self, loads, supports, joints=None):
         """The same model under other loads and supports, with the directors and element constants
-        of this one.
+        of this one, and with ``joints`` that differ by their functions of time alone.
 
         Raises:
             InputError: as of ``Model``, for these.
         """
         made = copy(self)
         put(made, loads=_items("loads", loads, LOADS), elements=self.elements,
-            supports=self._supports(supports))
+            supports=self._supports(supports),
+            joints=self.joints if joints is None else tuple(joints))
         for cached in ("_held", "oblique", "kept"):
             vars(made).pop(cached, None)
         made._check_loads()

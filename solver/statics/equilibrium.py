@@ -230,7 +230,7 @@ class Equilibrium:
         """``Resultant`` of the loads and ``Balance`` of the state, as ``reactions``."""
         system, applied = self.system, self.system.loads_by(at_factor(factor))
         loads = system.resultant_of_loads(self.state, STATIC, self._zero, applied)
-        nodal = system.residual.applied[system.translations]
+        nodal = system.acting(applied)[system.translations]
         return loads, static_balance(self.state.x, loads, nodal, reactions)
 
     def correction(self, factor, mixed):

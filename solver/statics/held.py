@@ -68,7 +68,8 @@ def _check_group(model, fixed, part, group, linked):
     if len(group) == 1:
         which = "the shell" if part.max() == 0 else _name(model, nodes[group[0]])
         raise InputError(f"the supports leave {counted} of {which} free, {_told(free)}: hold "
-                         "it by a Support, as in supports=[Support(nodes, components)]")
+                         "it by a Support, as in supports=[Support(nodes, components)]"
+                         f"{_others(linked, nodes[group[0]])}")
     moving, of = [], []
     for k, at in column.items():
         _, sizes, own = np.linalg.svd(free[:, at])
@@ -82,12 +83,18 @@ def _check_group(model, fixed, part, group, linked):
 
 def _advice(linked, moving):
     """What to do, with the joints of nodes that move."""
+    others = _others(linked, moving)
+    kinds = "a Hinge or Revolute" if others else "a Hinge"
+    return f"hold them by a Support, or {kinds} by its stiffness{others}"
+
+
+def _others(linked, moving):
+    """Which joints let nodes move, as an end of a sentence."""
     joints = linked.joints_of(moving) if linked else []
+    more = " and others" if len(joints) > MOST_TOLD else ""
     if not joints:
-        return "hold them by a Support, or a Hinge by its stiffness"
-    told = ", ".join(joints[:MOST_TOLD]) + (" and others" if len(joints) > MOST_TOLD else "")
-    return (f"hold them by a Support, or a Hinge or Revolute by its stiffness, or take joints that "
-            f"hold more than {told}")
+        return ""
+    return f", or take joints that hold more than {', '.join(joints[:MOST_TOLD])}{more}"
 
 
 def _name(model, nodes):

@@ -76,6 +76,8 @@ class ExactSystem(System):
         the forces that it consists of, of displacements and of velocities."""
         parts = self._stiff_forces + np.abs(self.residual.applied)
         parts += np.abs(self.nodal.dx).max() * self._stiffness
+        if self.linked:
+            parts[self.linked.dofs] += self.linked.parts()
         fastest = np.abs(state.velocity[self.translations]).max()
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         return bool(np.all(np.abs(self.residual.balance) <= ROUNDED * EPS * parts))

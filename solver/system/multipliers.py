@@ -151,6 +151,10 @@ class Multipliers(Linked):
                      step.rate_delta, self._impulse @ self._n, spread)
         forces[self.dofs] += spread - self._G_m.T @ self.forces
 
+    def parts(self):
+        """(n_local,) sums of the magnitudes of all forces of constraints in the last iterate."""
+        return np.abs(self._G_m).T @ np.abs(self.forces)
+
     def on(self, number):
         """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
         end ``other``, or on ``one`` where the other is the ground.  Means of the step of the

@@ -70,6 +70,11 @@ class StillSystem(System):
         if self.linked:
             self.inner_forces += self.linked.hold(self.residual)
 
+    def acting(self, loads):
+        """(n_dof,) forces of the loads, and of springs where there are no joints with multipliers,
+        in the iterate that was assembled last."""
+        return self.applied(loads) if self.linked else self.residual.applied
+
     def angles(self, state, place, last):
         """(n_joints,) angles of hinges and of revolute joints whose angle takes part, within half a
         turn of the ``last`` [rad]; zero of other joints."""
