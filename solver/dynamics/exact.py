@@ -116,7 +116,7 @@ class ExactIteration(Iteration):
         if problem.driven is not None:
             delta = system.free(delta) + problem.driven
         if system.linked:
-            system.linked.begin(state)
+            system.linked.begin(state, problem.place.start)
         new = not (rule.keep and kept.serves(problem.step))
         differs = not system.linked  # multipliers change with every solution
         stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow and differs

@@ -16,7 +16,7 @@ class ChartRows(Linked):
 
     def __init__(self, system):
         coordinates, numbering, model = system.coordinates, system.numbering, system.model
-        self._n_dof, self._coordinates = numbering.n_dof, coordinates
+        self._coordinates = coordinates
         self._first, self._normals = model.directors.first, model.normals
         smooth = numbering.n_rot == 2
         frames, p = coordinates.frames.copy(), model.normals[self._first[:-1][smooth]]

@@ -35,6 +35,7 @@ class Linked:
     def __init__(self, system, frames):
         """``frames``: (n_nodes, 3, 3) of the initial configuration."""
         model, numbering = system.model, system.numbering
+        self._n_dof = numbering.n_dof
         self._rows_of = rows = Rows(model, numbering.n_rot, frames)
         self._model, self._free = model, system.coordinates.free
         self._turnings = system.turnings

@@ -11,59 +11,30 @@ with the same n at both ends, chosen so that ``G_1 v_1 = 0``.  As ``G_0 v_0 = 0`
 moment.  The scheme stays symmetric in time and of second order.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from ..checks import TINY
-from ..errors import InputError
-from ..kernels import hinges, multipliers
+from ..kernels import multipliers
 from ..kernels.calls import Call
 from .damping import consistent_mass
-from .driven import INSTANT
 from .failure import NotConverged
-from .linked import Linked
-
-RATES = 1e-9
-"""Part of the rates of single nodes by which initial velocities may violate a constraint."""
+from .step_links import StepLinks, root_of
 
 SMALL = 1e-8
 """Sine of a change of angle below which its ratio to the sine is one."""
 
-LEAST = 1e-12
-"""Stiffness of a moment, in those of inertia, below which it is a given one."""
-
-
-class Rates(NamedTuple):
-    """What drives do in a step.
-
-    Attributes:
-        angle: (k,) angles at its end [rad].
-        before: (k,) their rates at its start [rad/s].
-        after: (k,) at its end [rad/s].
-    """
-
-    angle: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
-
-
-class Multipliers(Linked):
-    """The constraints of a model in the exact scheme; moments are constraints that give way:
-    ``-l = M(angle)``."""
+class Multipliers(StepLinks):
+    """The constraints of a model in the exact scheme."""
 
     def __init__(self, system):
         coordinates = system.coordinates
         super().__init__(system, coordinates.initial_frames)
-        m = len(self.owners)
         self._turns = np.zeros_like(self._no_turns)
         self._turn, self._spread = Call(multipliers.turns), Call(multipliers.spread)
-        self._give, self._n = np.zeros(m), np.zeros(self._hard)
-        if m:
-            self._inverse = _inverse_mass(system, self.dofs)
+        if self:
+            self._inverse = inverse_mass(system, self.dofs)
             self._inverse_here = self._inverse[self.dofs]
             G = self._set_values(coordinates.initial_frames)
             self._check(self._mobility(G[:self._hard]))
@@ -82,40 +53,14 @@ class Multipliers(Linked):
         """``G M^-1 G^T``"""
         return G @ self._inverse_here @ G.T
 
-    def driven(self, begin, end, dt):
-        """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
-        ``value(history)`` a ``part`` of dt after its start and its end."""
-        def angles(value):
-            return np.array([joint.angle * value(joint.driving) for joint in self._driven])
-
-        def rates(at):
-            return (angles(at(INSTANT)) - angles(at(-INSTANT))) / (2.0 * INSTANT * dt)
-
-        return Rates(angles(end(0.0)), rates(begin), rates(end))
-
-    def begin(self, state):
+    def begin(self, state, start=None):
         """Start a step from a ``state``: no forces yet."""
         self.forces[:] = 0.0
         u, d = self._u[0], self._d[0]
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
         self._G_0 = self._rows(state.chart, u, d, *self._weights(u))[:self._hard]
-        self._root = _root(self._mobility(self._G_0))
+        self._root = root_of(self._mobility(self._G_0))
         self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
-
-    def check_rates(self, state, driven):
-        """Raise ``InputError`` for initial velocities that constraints do not allow; ``driven``:
-        ``Rates`` of a step that begins there."""
-        self.begin(state)
-        rates = self._G_0 @ state.velocity[self.dofs]
-        sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
-        rates[self._m:] -= driven.before
-        sizes[self._m:] += np.abs(driven.before)
-        missed = np.abs(rates) - RATES * sizes
-        k = int(np.argmax(missed))
-        if missed[k] > 0.0:
-            raise InputError(f"{self._names()[self.owners[k]]}: the initial velocities of what it "
-                             "joins do not fit together, or to its drive (rigid_velocity gives "
-                             "those of a rigid motion)")
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
@@ -182,50 +127,15 @@ class Multipliers(Linked):
                 moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
         return force, moment
 
-    def _miss(self, state, change, step, driven, slacks, motors):
-        """By how much rows are missed."""
-        one, other = self._pairs[:self._m].T
-        self.off[:self._m] = np.sum(self._u[1][one] * self._u[1][other], axis=1) - self._values
-        n, places = len(self._driven), self._places
-        angle = state.hinges[places, hinges.ANGLE] + change
-        self.off[self._m:self._hard] = angle[:n] - driven.angle
-        places, found = places[n:], np.empty((len(places) - n, 2))
-        if len(places):
-            self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
-                          angle[n:], 1.0 - step.alpha_f, step.rate_delta, found)
-            stiffness = np.maximum(found[:, 1], LEAST * self._stiff(step))
-            self._give[self._hard:] = 1.0 / stiffness
-            self.off[self._hard:] = -(found[:, 0] + motors[places]
-                                      + self.forces[self._hard:]) / stiffness
-
-    def _stiff(self, step):
-        """(k,) what inertia has for a stiffness against the moments [N m/rad]."""
-        return step.delta / np.maximum(np.diag(self._mobility(self._D[self._hard:])), TINY)
-
     def _rates_end(self, frames, rates, driven):
         """n by which ``G_1 v_1`` is what drives want, of rates (n_local,) without impulses."""
         self._G_1 = self._rows(frames, self._u[1], self._d[1], *self._weights(self._u[1]))
         self._G_1 = self._G_1[:self._hard]
-        self._root_1 = _root(self._mobility(self._G_1))
+        self._root_1 = root_of(self._mobility(self._G_1))
         missed = self._G_1 @ rates
         missed[self._m:] -= driven.after
         return np.linalg.solve(self._G_1 @ self._inverse_here @ self._impulse + self._root_1,
                                missed)
-
-    def columns(self):
-        """(m, n_dof) rows of ``G_m``, what supports leave free."""
-        rows = np.zeros((len(self.owners), len(self._inverse)))
-        rows[:, self.dofs] = self._G_m
-        return [self._free(row) for row in rows]
-
-    def split(self, moved, columns):
-        """Changes of the multipliers for a correction ``moved`` (n_local,) without them, of which
-        each takes off ``columns`` (n_local, m)."""
-        matrix = self._D @ columns
-        matrix[np.diag_indices(len(matrix))] += self._give
-        change = np.linalg.solve(matrix, self._D @ moved + self.off)
-        self.forces += change
-        return change
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the work
@@ -241,17 +151,11 @@ class Multipliers(Linked):
         return float(work + driven.before @ before[self._m:] - driven.after @ after[self._m:])
 
 
-def _root(S):
-    """Lower triangular L with ``L L^T = S``, scaled first."""
-    scale = np.sqrt(np.diag(S))
-    return scale[:, None] * np.linalg.cholesky(S / np.outer(scale, scale))
-
-
-def _inverse_mass(system, dofs):
+def inverse_mass(system, dofs, turning=True):
     """(n_dof, n_local) columns of the inverse mass at some unknowns, of what supports leave free;
-    turns have the lumped inertia of the exact scheme."""
+    turns have the lumped inertia of the exact scheme, or with ``turning=False`` none."""
     model, numbering, coordinates = system.model, system.numbering, system.coordinates
-    start, n_rot, first = numbering.start, numbering.n_rot, model.directors.first
+    start = numbering.start
     bodies, body_masses = np.array(model.body_masses).reshape(-1, 2).T
     bodies, mass = bodies.astype(np.int64), consistent_mass(model).tocoo()
     i, j, own = (np.concatenate(parts) for parts in (
@@ -259,15 +163,11 @@ def _inverse_mass(system, dofs):
     rows = [start[i] + c for c in range(3)]
     columns = [start[j] + c for c in range(3)]
     values = [own] * 3
-    b = coordinates.nodes.body
-    J = np.add.reduceat(coordinates.inertia[:, None, None] * (
-        np.eye(3) - b[:, :, None] * b[:, None, :]), first[:-1])
-    for n, axes in ((2, np.array([[0, 1, 0], [-1, 0, 0]])), (3, np.eye(3))):  # see ``spins.basis``
-        at = np.flatnonzero(n_rot == n)
-        dofs_of = start[at][:, None] + 3 + np.arange(n)
-        rows.append(np.repeat(dofs_of, n, axis=1).ravel())
-        columns.append(np.tile(dofs_of, (1, n)).ravel())
-        values.append((axes @ J[at] @ axes.T).ravel())
+    of_turns = _inertia_of_turns if turning else _no_inertia
+    for row, column, value in of_turns(system):
+        rows.append(row)
+        columns.append(column)
+        values.append(value)
     M = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
                   shape=(numbering.n_dof,) * 2).tocsc()
     if coordinates.constraints:
@@ -277,4 +177,27 @@ def _inverse_mass(system, dofs):
         T = coo_array((np.ones(len(free)), (free, np.arange(len(free)))),
                       shape=(numbering.n_dof, len(free))).tocsr()
     reduced = splu((T.T @ M @ T).tocsc())
-    return T @ reduced.solve(T.T[:, dofs].toarray())
+    found = T @ reduced.solve(T.T[:, dofs].toarray())
+    if not turning:
+        found[:, ~np.isin(dofs, numbering.translations)] = 0.0
+    return found
+
+
+def _inertia_of_turns(system):
+    """Rows, columns and values of it."""
+    model, numbering, coordinates = system.model, system.numbering, system.coordinates
+    start, n_rot, first = numbering.start, numbering.n_rot, model.directors.first
+    b = coordinates.nodes.body
+    J = np.add.reduceat(coordinates.inertia[:, None, None] * (
+        np.eye(3) - b[:, :, None] * b[:, None, :]), first[:-1])
+    for n, axes in ((2, np.array([[0, 1, 0], [-1, 0, 0]])), (3, np.eye(3))):  # see ``spins.basis``
+        at = np.flatnonzero(n_rot == n)
+        dofs_of = start[at][:, None] + 3 + np.arange(n)
+        yield (np.repeat(dofs_of, n, axis=1).ravel(), np.tile(dofs_of, (1, n)).ravel(),
+               (axes @ J[at] @ axes.T).ravel())
+
+
+def _no_inertia(system):
+    """The same of one, where places alone are asked for."""
+    turning = np.setdiff1d(np.arange(system.numbering.n_dof), system.translations)
+    yield turning, turning, np.ones(len(turning))

@@ -87,9 +87,6 @@ class StillSystem(System):
 
     def _add_items(self, iterate, loads):
         super()._add_items(iterate, loads)
-        if self.bodies:
-            self.bodies.add_turning(self.numbering, self.solver.storage, iterate,
-                                    self.solver.values)
         if self.linked:
             self.linked.stiffen(self.dofs.nodes, iterate)
 
