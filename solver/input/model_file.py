@@ -238,7 +238,7 @@ class ModelFile(Strict):
         springs: between two nodes.
         ground_springs: between nodes and the ground.
         foundations: elastic ones under elements.
-        bodies: rigid ones, of the scheme exact.
+        bodies: rigid ones.
         joints: hinges and spherical joints of plates, and joints of bodies, nodes and the ground.
         damping: of the shell.
         cyclic: the shell is one sector of many.

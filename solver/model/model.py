@@ -111,13 +111,13 @@ class Model:
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there,
-            and joints of the scheme exact between bodies, nodes and the ground, see
+            and joints with multipliers between bodies, nodes and the ground, see
             ``model.linkages``.
             What a support holds of a joined node it holds of those that move with it: ``supports``
             has that too.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
-        bodies: ``RigidBody`` s, of the scheme exact; their centres are the last of ``nodes``.
+        bodies: ``RigidBody`` s; their centres are the last of ``nodes``.
         cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element

@@ -10,6 +10,9 @@ from .linked import Linked
 from .spins import frames_along
 from .state import blank_place
 
+ON, BEYOND = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""The axes that follow each."""
+
 
 class ChartRows(Linked):
     """As ``Linked``, with gradients in the unknowns of ``Charts``."""
@@ -57,7 +60,7 @@ class ChartRows(Linked):
             p[e], p[e + 1])
         self._frames[j] = self._initial_frames[j] @ turn
         if A1 is not None:
-            self._spins[i] = np.cross(now[:, None], np.swapaxes(A1[d], 1, 2))
+            self._spins[i] = _cross(now[:, None], np.swapaxes(A1[d], 1, 2))
             self._spins[i, 2] = 0.0
             self._spins[j] = _spins(p[e][:, None], p[e + 1][:, None],
                                     np.swapaxes(A1[e], 1, 2), np.swapaxes(A1[e + 1], 1, 2))
@@ -91,7 +94,7 @@ class ChartRows(Linked):
             np.add.at(J, (vector, c, at + c), terms.alpha)
         for k in range(3):
             turns = np.flatnonzero(self._n_rot[terms.node] > k)
-            swing = np.cross(self._spins[terms.node[turns], k], d[turns])
+            swing = _cross(self._spins[terms.node[turns], k], d[turns])
             for c in range(3):
                 np.add.at(J, (vector[turns], c, at[turns] + 3 + k), swing[:, c])
         return J
@@ -113,7 +116,7 @@ class ChartRows(Linked):
         twice, torques = np.zeros((n, 3, 3)), np.zeros((n, 3))
         outer = 0.5 * (w[:, :, None] * d[:, None] + d[:, :, None] * w[:, None])
         np.add.at(twice, i, outer - np.sum(w * d, axis=1)[:, None, None] * np.eye(3))
-        np.add.at(torques, i, np.cross(d, w))
+        np.add.at(torques, i, _cross(d, w))
         return twice, torques
 
 
@@ -122,23 +125,28 @@ def _least_turned(frames, before, now):
     about their first axis where that is half a turn."""
     cosine = np.sum(before * now, axis=1)
     back = cosine < -1.0 + 1e-9
-    v = np.cross(before, now)[:, None]
-    turned = np.cross(v, frames)
-    found = frames + turned + np.cross(v, turned) / np.where(back, 1.0, 1.0 + cosine)[:, None, None]
+    v = _cross(before, now)[:, None]
+    turned = _cross(v, frames)
+    found = frames + turned + _cross(v, turned) / np.where(back, 1.0, 1.0 + cosine)[:, None, None]
     found[back] = frames[back] * np.array([1.0, -1.0, -1.0])[:, None]
     return found
 
 
 def _triads(a, b):
     """(n, 3, 3) rows: unit vectors a, across b, and normal to both."""
-    normal = np.cross(a, b)
+    normal = _cross(a, b)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    return np.stack([a, np.cross(normal, a), normal], axis=1)
+    return np.stack([a, _cross(normal, a), normal], axis=1)
 
 
 def _spins(a, b, da, db):
     """Spins that turn the unit vectors a and b by da and db."""
-    spin, cosine = np.cross(a, da), np.sum(a * b, axis=-1, keepdims=True)
-    about = np.sum(db * np.cross(a, b), axis=-1, keepdims=True)
+    spin, cosine = _cross(a, da), np.sum(a * b, axis=-1, keepdims=True)
+    about = np.sum(db * _cross(a, b), axis=-1, keepdims=True)
     about = (about + cosine * np.sum(spin * b, axis=-1, keepdims=True)) / (1.0 - cosine**2)
     return spin + about * a
+
+
+def _cross(a, b):
+    """As ``np.cross`` of rows, which takes four times as long for few of them (measured)."""
+    return a.take(ON, -1) * b.take(BEYOND, -1) - a.take(BEYOND, -1) * b.take(ON, -1)
