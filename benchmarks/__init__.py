@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 
 from corovec.solver.checks import choice
-from corovec.solver.input.files import read_model
 
 FOLDER = Path(__file__).parent
 
@@ -32,4 +31,5 @@ def load_case(name):
 @cache
 def read_case(name):
     """The same, of a name that is known."""
+    from corovec.solver.input.files import read_model
     return read_model(FOLDER / f"{name}.toml")

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import periodogram
 
 from corovec.solver.model.mesh import node_at
 from corovec.verification.symmetry import asymmetry
@@ -99,6 +98,7 @@ def recurrence(time, values):
 
 def dominant_line(time, values):
     """``Line`` of equally spaced ``values`` about their mean, by Hann's window."""
+    from scipy.signal import periodogram
     frequency, power = periodogram(values, 1.0 / (time[1] - time[0]), window="hann",
                                    nfft=FINER * len(values), detrend="constant")
     peak = int(np.argmax(power[1:])) + 1

@@ -211,6 +211,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_killed_campaign_leaves_no_process_and_resumes(tmp_path):
     """SIGKILL of the campaign alone: its worker ends too, and the next campaign goes on."""
     script = tmp_path / "script.py"

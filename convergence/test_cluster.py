@@ -50,6 +50,7 @@ def wait_until(condition):
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_killed_worker_loses_nothing(cluster, tmp_path):
     """Killed while it computes and after it has delivered: its runs are done by the other one.
 

@@ -452,6 +452,7 @@ def test_command_with_a_run_that_fails(command, monkeypatch):
     assert "1 failed" in done.stdout and "70.64" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_trapezoidal_rule_is_found_out(command, monkeypatch):
     """Of second order too, but not conserving: the verdicts of a real study tell."""
     def verdicts():
@@ -468,6 +469,7 @@ def test_the_trapezoidal_rule_is_found_out(command, monkeypatch):
     assert found[angular] == "deviates (open)"
 
 
+@pytest.mark.slow
 def test_membrane_field_is_another_study(command):
     fields = {name: json.loads(command("--json", "--membrane", name).stdout)["l-plate"]
               for name in ("stress", "strain")}

@@ -1,6 +1,7 @@
-"""Commands ``corovec check``, ``plot``, ``animate``, ``reproduce`` and ``record``."""
+"""Commands ``corovec check``, ``plot``, ``animate``, ``reproduce``, ``record`` and ``numbers``."""
 
 import sys
+from pathlib import Path
 
 import click
 
@@ -291,3 +292,21 @@ def record(folder, list_all):
         click.echo(printable(f"{change.kind}: {change}"))
     if compared.fell:
         sys.exit(1)
+
+
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path), required=False)
+def numbers(folder):
+    """Write the measured numbers of a reproduction FOLDER into README and documentation.
+
+    FOLDER is that of one size, as results/reproduce/full, with the peers.json of corovec peers if
+    there is one; of what is not in it the old numbers stay.  Without it the Markdown is only
+    written anew from docs/numbers.json.
+
+    \b
+    Example:
+      corovec numbers results/reproduce/full
+    """
+    from .numbers import update
+    for page in update(folder):
+        click.echo(f"{page} written anew")

@@ -14,8 +14,6 @@ import json
 import re
 from pathlib import Path
 
-import click
-
 from corovec.solver.errors import InputError
 
 from . import number_tables
@@ -54,18 +52,11 @@ COLUMNS = {
 """Columns that the snapshot keeps of a table; those of a timing by the end of their name."""
 
 
-@click.command()
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path), required=False)
-def numbers(folder):
-    """Write the measured numbers of a reproduction FOLDER into README and documentation.
+def update(folder=None):
+    """Write numbers into README and documentation, see ``corovec numbers``; the pages that changed.
 
-    FOLDER is that of one size, as results/reproduce/full, with the peers.json of corovec peers if
-    there is one; of what is not in it the old numbers stay.  Without it the Markdown is only
-    written anew from docs/numbers.json.
-
-    \b
-    Example:
-      corovec numbers results/reproduce/full
+    Raises:
+        InputError: there is no checkout, or the results are damaged or not whole.
     """
     path = ROOT / SNAPSHOT
     if not path.exists():
@@ -86,10 +77,10 @@ def numbers(folder):
         raise InputError(f"the numbers of {folder or path} are not whole: "
                          f"{type(error).__name__} {error}") from None
     written[path] = json.dumps(snapshot, indent=1, ensure_ascii=False) + "\n"
-    for page, new in written.items():
-        if new != page.read_text(encoding="utf-8"):
-            page.write_text(new, encoding="utf-8")
-            click.echo(f"{page.relative_to(ROOT)} written anew")
+    changed = [page for page, new in written.items() if new != page.read_text(encoding="utf-8")]
+    for page in changed:
+        page.write_text(written[page], encoding="utf-8")
+    return [page.relative_to(ROOT) for page in changed]
 
 
 def pages(root):

@@ -51,6 +51,7 @@ def files(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_modes_of_a_file_are_those_of_its_static_step(files, tmp_path):
     """Its spin stiffens: 7.3604 instead of 3.516 (Wright et al. 1982), a mesh of 16 x 1."""
     unit = np.sqrt(2.5e4) / 100.0

@@ -9,13 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 from corovec.reports import numbers as module
+from corovec.reports.cli import numbers
 from corovec.reports.numbers import (
     COMMAND,
     MARKED,
     SNAPSHOT,
     TABLES,
     collect,
-    numbers,
     pages,
     render,
 )

@@ -361,6 +361,7 @@ def test_numbers_of_the_page_are_those_of_its_files(tmp_path):
         assert count >= 2 or number == value, pairs[k]
 
 
+@pytest.mark.slow
 def test_what_did_not_finish_has_no_verdict_but_that(tmp_path, monkeypatch):
     """Whatever file is there: of a part that failed, was interrupted, is damaged or outdated."""
     finish(tmp_path, "converge-l-plate", study(), "failed")
@@ -451,6 +452,7 @@ def test_rounds_of_every_timing_are_shown(html):
     assert phase[4:] == target[5:10]
 
 
+@pytest.mark.slow
 def test_what_moved_since_the_last_record_is_shown(tmp_path, html):
     """Both numbers, both commits, what fell; without a record, that there is none."""
     assert "</a>: no earlier record." in html
@@ -508,6 +510,7 @@ def test_a_stamp_that_is_none_counts_as_not_run(tmp_path, damage):
     assert stamps.read(part) is None
 
 
+@pytest.mark.slow
 def test_pictures_of_lost_results_do_not_stay(tmp_path):
     """Those of an earlier page, of parts that are not finished any more."""
     figures = tmp_path / "page" / "figures"
@@ -518,6 +521,7 @@ def test_pictures_of_lost_results_do_not_stay(tmp_path):
     assert not list(figures.glob("figure-04*")) and (figures / "figure-02.svg").exists()
 
 
+@pytest.mark.slow
 def test_cases_are_drawn_in_processes(tmp_path):
     """The same page as by one process, but for its date."""
     shown = [re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d", "", page.build(

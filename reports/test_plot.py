@@ -65,7 +65,9 @@ def test_plot_of_two_meshes(runs, tmp_path):
     assert set(table["point"]) == {"S"} and set(table["elements"]) == {30, 120}
 
 
-@pytest.mark.parametrize("name", ["total", "$x{", "_a\nb", "\x1b[31mred", "b\udcff"])
+@pytest.mark.parametrize("name", ["_a\nb", *(
+    pytest.param(name, marks=pytest.mark.slow) for name in
+    ("total", "$x{", "\x1b[31mred", "b\udcff"))])
 def test_plot_of_files_of_any_name(runs, tmp_path, name):
     """Nothing is taken for a formula, a colour, a line end, or the figure of all runs."""
     files = [tmp_path / f"{name}.h5", tmp_path / "other.h5"]
@@ -185,6 +187,7 @@ def test_a_gif_moves(runs, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["motion.gif"]
 
 
+@pytest.mark.slow
 def test_a_page_holds_all_frames(runs, tmp_path):
     path = tmp_path / "motion.html"
     assert call(animate, runs[0], "-o", path, "--follow", "--view", 40, -30).exit_code == 0
@@ -257,6 +260,7 @@ def test_help_starts_without_matplotlib():
     assert loaded.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_plot_of_stresses(tmp_path):
     """The largest von Mises stress of the last frame, where stresses are recorded."""
     run = tmp_path / "stressed.h5"
@@ -271,6 +275,7 @@ def test_plot_of_stresses(tmp_path):
     assert np.allclose(table[["x", "y", "z"]].to_numpy(), moved.reshape(-1, 3))
 
 
+@pytest.mark.slow
 def test_plot_and_film_are_coloured_by_a_stress(tmp_path):
     """The motion, and the last frame; signed colours are even about zero."""
     run, film = tmp_path / "stressed.h5", tmp_path / "film.gif"

@@ -138,6 +138,7 @@ def here(monkeypatch):
     monkeypatch.setattr("corovec.reports.reproduce.execute", execute)
 
 
+@pytest.mark.slow
 def test_a_benchmark(fifth, here, tmp_path):
     """Listed, run, and on the page with its tables, figures and verdicts; nothing else edited."""
     assert fifth in case_names()
@@ -164,6 +165,7 @@ def test_a_verification_row(tmp_path, monkeypatch):
     assert [row["verdict"] for row in case["rows"]] == ["match", "deviates (open)"]
 
 
+@pytest.mark.slow
 def test_a_figure_of_a_known_kind_and_a_finding(tmp_path, monkeypatch):
     """An entry of drawings.toml and one of findings.toml: on the page, with the evidence."""
     entry = ('[[plates.figures]]\nlabel = "Figure 14b"\ntopic = "mesh"\n'

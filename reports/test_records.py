@@ -191,6 +191,7 @@ def test_no_results_are_an_error(tmp_path):
         command.main([str(tmp_path / "none")], standalone_mode=False)
 
 
+@pytest.mark.slow
 def test_what_the_suites_write_is_recorded(tmp_path, monkeypatch):
     """A study of two meshes and the growth of the smallest model, as they are."""
     monkeypatch.setitem(convergence.study.SIZES, "quick",

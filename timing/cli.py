@@ -1,4 +1,4 @@
-"""Command ``corovec time``."""
+"""Commands ``corovec time`` and ``peers``."""
 
 import datetime
 import json
@@ -9,13 +9,10 @@ import click
 from corovec.solver.errors import InputError
 from corovec.solver.results.files import writable_folder, writable_path
 
-from .measure import SIZES, single_thread, surroundings
-from .report import NAMES, run, text
-
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[TABLE]...")
-@click.option("--size", type=click.Choice(list(SIZES)), default="quick", show_default=True,
+@click.option("--size", type=click.Choice(["quick", "full"]), default="quick", show_default=True,
               help="Minutes, with large dense matrices extrapolated, or hours.")
 @click.option("--output", type=click.Path(file_okay=False), help="Folder for timing.json and CSVs.")
 @click.option("--overwrite", is_flag=True, help="Replace the results in that folder.")
@@ -30,6 +27,8 @@ def time(names, size, output, overwrite, as_json):
       corovec time table-2 targets
       corovec time --size full --output timings
     """
+    from .measure import SIZES, single_thread, surroundings
+    from .report import NAMES, run, text
     for name in names:
         if name not in NAMES:
             raise InputError(f"table '{name}' is unknown, must be one of: {', '.join(NAMES)}")
@@ -55,3 +54,50 @@ def _folder(path, overwrite):
     folder = writable_folder(path)
     writable_path(folder / "timing.json", overwrite)
     return folder
+
+
+@click.command()
+@click.option("--size", type=click.Choice(["quick", "full"]), default="full", show_default=True,
+              help="Minutes, or hours: meshes 30 to 480 for 20 s, 1920 and 7680 for a few steps.")
+@click.option("--elements", type=int, multiple=True, help="Elements of a mesh; may be repeated.")
+@click.option("--dt", type=float, multiple=True, help="Time step [s]; may be repeated.")
+@click.option("--end-time", type=float, help="Simulated time [s].")
+@click.option("--output", type=click.Path(), default="peers.json", show_default=True,
+              help="JSON of all rows, written after each.")
+@click.option("--overwrite", is_flag=True, help="Replace that file.")
+def peers(size, elements, dt, end_time, output, overwrite):
+    """The L-plate by Kratos and CalculiX, as far as they are installed, beside ours.
+
+    Kratos is the Python package KratosStructuralMechanicsApplication, CalculiX the program ccx.
+
+    \b
+    Examples:
+      corovec peers --size quick
+      corovec peers --elements 480 --dt 0.01 --end-time 1.2
+    """
+    from corovec import Settings
+    from corovec.benchmarks import load_case
+    from corovec.solver.results.files import replacing
+
+    from . import peers as codes
+    from .measure import load, surroundings
+    meshes, dts, seconds = codes.SIZES[size]
+    meshes, dts = elements or meshes, dt or dts
+    seconds = seconds if end_time is None else end_time
+    for n in meshes:
+        load_case(codes.CASE).mesh(n)
+    for step in dts:
+        Settings(dt=step, end_time=seconds)
+    path = writable_path(output, overwrite)
+    report = {"date": datetime.datetime.now().isoformat(timespec="seconds"), **surroundings()}
+
+    def write(rows):
+        report.update(rows=rows, speedups=codes.speedups(rows), load_at_end=load())
+        with replacing(path) as partial:
+            partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
+        click.echo(codes.line(rows[-1]))
+
+    codes.compare(codes.plan(meshes, dts, seconds), write)
+    for row in report["speedups"]:
+        click.echo(f"{row['elements']} elements, dt = {row['dt']:g}: {row['factor']:.1f} times "
+                   f"faster than {row['fastest']}")

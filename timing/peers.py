@@ -1,4 +1,4 @@
-"""The L-plate by other open codes, beside ours: command ``corovec peers`` (``tox -e peers``).
+"""The L-plate by other open codes, beside ours, see ``corovec peers`` (``tox -e peers``).
 
 Kratos (ShellThickElementCorotational3D4N) and CalculiX (S4, the ``ccx`` program) run the same
 meshes, loads and time steps, each in a process of its own with one thread.  What is not installed
@@ -7,7 +7,6 @@ energy is that of its mass matrices and the strain energy that of its nodal forc
 """
 
 import contextlib
-import datetime
 import importlib.util
 import json
 import os
@@ -19,7 +18,6 @@ import time
 from importlib import metadata
 from pathlib import Path
 
-import click
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
@@ -27,11 +25,8 @@ from scipy.spatial.transform import Rotation
 from corovec import Newton, Settings, simulate, warm_up
 from corovec.benchmarks import load_case
 from corovec.solver.errors import StepError
-from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import isolated
 from corovec.solver.system.numbering import node_pairs
-
-from .measure import load, surroundings
 
 CASE = "l-plate"
 SAMPLES = 200
@@ -381,48 +376,7 @@ def _calculix_version():
     return said.stdout.split()[-1] if said.stdout.split() else "unknown"
 
 
-@click.command()
-@click.option("--size", type=click.Choice(list(SIZES)), default="full", show_default=True,
-              help="Minutes, or hours: meshes 30 to 480 for 20 s, 1920 and 7680 for a few steps.")
-@click.option("--elements", type=int, multiple=True, help="Elements of a mesh; may be repeated.")
-@click.option("--dt", type=float, multiple=True, help="Time step [s]; may be repeated.")
-@click.option("--end-time", type=float, help="Simulated time [s].")
-@click.option("--output", type=click.Path(), default="peers.json", show_default=True,
-              help="JSON of all rows, written after each.")
-@click.option("--overwrite", is_flag=True, help="Replace that file.")
-def peers(size, elements, dt, end_time, output, overwrite):
-    """The L-plate by Kratos and CalculiX, as far as they are installed, beside ours.
-
-    Kratos is the Python package KratosStructuralMechanicsApplication, CalculiX the program ccx.
-
-    \b
-    Examples:
-      corovec peers --size quick
-      corovec peers --elements 480 --dt 0.01 --end-time 1.2
-    """
-    meshes, dts, seconds = SIZES[size]
-    meshes, dts = elements or meshes, dt or dts
-    seconds = seconds if end_time is None else end_time
-    for n in meshes:
-        load_case(CASE).mesh(n)
-    for step in dts:
-        Settings(dt=step, end_time=seconds)
-    path = writable_path(output, overwrite)
-    report = {"date": datetime.datetime.now().isoformat(timespec="seconds"), **surroundings()}
-
-    def write(rows):
-        report.update(rows=rows, speedups=speedups(rows), load_at_end=load())
-        with replacing(path) as partial:
-            partial.write_text(json.dumps(report, indent=1), encoding="utf-8")
-        click.echo(_line(rows[-1]))
-
-    compare(plan(meshes, dts, seconds), write)
-    for row in report["speedups"]:
-        click.echo(f"{row['elements']} elements, dt = {row['dt']:g}: {row['factor']:.1f} times "
-                   f"faster than {row['fastest']}")
-
-
-def _line(row):
+def line(row):
     head = f"{row['program']:<22} {row['elements']:>4} elements, dt = {row['dt']:<5g} "
     if row.get("missing"):
         return head + "missing"

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from corovec import InputError, ResultFileError, Scheme, modes
 from corovec.benchmarks import load_case
 from corovec.solver.system.failure import SingularMatrix
-from corovec.timing import iterations, measure, peers, shapes, targets
+from corovec.timing import cli, iterations, measure, peers, shapes, targets
 from corovec.timing.cli import time
 from corovec.timing.growth import PHASES, exponents, fit_exponent, growth
 from corovec.timing.measure import Calls, Effort, Sample, Stepper, sample
@@ -238,6 +238,7 @@ def test_exponents():
     assert fits["matrix_bytes"] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_growth_keeps_the_rounds_of_every_phase():
     """The only mesh of at most 200 unknowns, with both methods."""
     rows, phases = growth(TINY)
@@ -288,6 +289,7 @@ def test_targets_tell_how_their_rounds_lie():
     assert text("targets", [row]).split()[1:7] == ["name", "min", "q1", "value", "q3", "rounds"]
 
 
+@pytest.mark.slow
 def test_every_target_is_reported(monkeypatch):
     monkeypatch.setattr(targets, "PAPER", 30)
     rows, D = targets.targets(TINY)
@@ -352,7 +354,7 @@ def test_peers_that_are_missing_are_reported_as_missing(monkeypatch, tmp_path):
     monkeypatch.setattr(peers, "_kratos_version", lambda: None)
     monkeypatch.setattr(peers, "_calculix_version", lambda: None)
     arguments = ["--size", "quick", "--dt", "0.02", "--output", str(tmp_path / "peers.json")]
-    peers.peers.main(arguments, standalone_mode=False)
+    cli.peers.main(arguments, standalone_mode=False)
     report = json.loads((tmp_path / "peers.json").read_text(encoding="utf-8"))
     assert {row["program"] for row in report["rows"] if row.get("missing")} == {
         "Kratos Bossak", "Kratos Newmark", "CalculiX HHT", "CalculiX trapezoidal"}
@@ -367,7 +369,7 @@ def test_peers_that_are_missing_are_reported_as_missing(monkeypatch, tmp_path):
 def test_wrong_arguments_of_peers_run_nothing(wrong, said, monkeypatch):
     monkeypatch.setattr(peers, "compare", None)
     with pytest.raises((InputError, ResultFileError), match=said):
-        peers.peers.main(["--size", "quick", *wrong], standalone_mode=False)
+        cli.peers.main(["--size", "quick", *wrong], standalone_mode=False)
 
 
 def test_other_program_that_fails(monkeypatch, tmp_path):

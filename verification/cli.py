@@ -10,8 +10,6 @@ from corovec.solver.names import printable
 from corovec.solver.results.files import replacing, writable_path
 from corovec.solver.runtime.execution import complete, processes
 
-from .registry import Outcome, describe, find, make_report, run_case
-
 
 @click.command()
 @click.argument("names", nargs=-1)
@@ -36,6 +34,7 @@ def verify(names, quick, list_only, jobs, output, overwrite, as_json):
       corovec verify patch linear --jobs 2
       corovec verify roll-up --json
     """
+    from .registry import Outcome, describe, find, make_report, run_case
     cases = find(names, quick)
     if list_only:
         for case in cases:

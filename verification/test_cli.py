@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from corovec import Newton, Scheme, Settings
 from corovec.solver.fields import called
 from corovec.solver.input.files import read_model
-from corovec.verification import cli
+from corovec.verification import registry
 from corovec.verification.case import Case, small
 from corovec.verification.cli import verify
 from corovec.verification.helpers import COMMAND, corovec, in_process
@@ -45,14 +45,14 @@ def test_run_json_is_one_object():
 
 def test_info_and_list(tmp_path):
     path = str(tmp_path / "run.h5")
-    run = json.loads(corovec(*QUICK, "--output", path, "--json").stdout)
-    info = json.loads(corovec("info", path, "--json").stdout)
+    run = json.loads(in_process(*QUICK, "--output", path, "--json").stdout)
+    info = json.loads(in_process("info", path, "--json").stdout)
     for key in ("total_energy", "linear_momentum", "drift_since_unloading", "solver", "elements"):
         assert info[key] == run[key]
     assert info["steps"] == info["steps_planned"] == 120
-    listing = corovec("list").stdout
+    listing = in_process("list").stdout
     assert "30, 120, 480, 1920, 7680" in listing and "[assumed]" in listing
-    cases = json.loads(corovec("list", "--json").stdout)
+    cases = json.loads(in_process("list", "--json").stdout)
     assert {row["provenance"] for row in cases["l-plate"]["provenance"]} == {
         "printed", "assumed", "selected"}
 
@@ -77,7 +77,7 @@ def test_summaries_tell_the_settings_that_take_part(tmp_path, options, scheme, n
 
 def test_every_setting_has_an_option():
     """With its default, choices and unit, from the fields of the settings themselves."""
-    text = " ".join(corovec("run", "--help").stdout.split())
+    text = " ".join(in_process("run", "--help").stdout.split())
     for kind in (Settings, Scheme, Newton):
         for field in fields(kind):
             if not is_dataclass(field.type):
@@ -142,7 +142,7 @@ def test_run_of_an_own_model_file(tmp_path):
     assert [load.force for load in model.model(4).loads] == [
         (0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.0, 0.5, 0.0)]
     assert [model.load_number(4, k) for k in range(3)] == [0, 1, 1]
-    again = json.loads(corovec("info", str(output), "--json").stdout)
+    again = json.loads(in_process("info", str(output), "--json").stdout)
     assert again["case"] == "strip.toml" and again["newton"] == summary["newton"]
 
 
@@ -159,7 +159,7 @@ def test_errors_in_an_own_model_file(tmp_path, change, message):
     path = tmp_path / "strip.toml"
     assert change[0] in SHELL
     path.write_text(SHELL.replace(*change))
-    done = corovec("run", str(path))
+    done = in_process("run", str(path))
     assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
     assert f"{path}: " in done.stderr and message in done.stderr
 
@@ -174,24 +174,24 @@ def test_errors_name_a_value_as_it_was_given(tmp_path, change, options, message)
     """An option, or its place in the file, whose loads have other numbers than the model's."""
     path = tmp_path / "strip.toml"
     path.write_text(SHELL.replace(*change))
-    assert message.format(path=path) in corovec("run", str(path), *options).stderr
+    assert message.format(path=path) in in_process("run", str(path), *options).stderr
 
 
 def test_summaries_tell_what_folds(tmp_path):
     """Both of a run and of its file; a benchmark of three plates has them."""
     path = tmp_path / "plates.h5"
-    run = json.loads(corovec("run", "plates", "--dt", "0.01", "--end-time", "0.01", "--output",
+    run = json.loads(in_process("run", "plates", "--dt", "0.01", "--end-time", "0.01", "--output",
                              str(path), "--json").stdout)
     assert run["edges"] == pytest.approx({"folded": 12, "smooth": 766, "smallest_fold": 90.0,
                                           "largest_smooth": 0.0})
     assert ("edges                  folded 12, smooth 766, smallest fold 90, largest smooth 0 deg"
-            in corovec("info", str(path)).stdout)
+            in in_process("info", str(path)).stdout)
 
 
 def test_all_errors_of_a_model_file_at_once(tmp_path):
     path = tmp_path / "strip.toml"
     path.write_text(SHELL.replace("0.1\n", "-0.1\n").replace("poisson", "poison"))
-    said = corovec("run", str(path)).stderr
+    said = in_process("run", str(path)).stderr
     for message in ("parameters.thickness: ", "parameters.poisson: ", "parameters.poison: "):
         assert message in said
 
@@ -218,8 +218,8 @@ def test_files_of_a_script_disturb_nothing(tmp_path):
 
 def test_resume_of_a_finished_run_computes_nothing(tmp_path):
     path = str(tmp_path / "run.h5")
-    first = json.loads(corovec(*QUICK, "--output", path, "--json").stdout)
-    again = json.loads(corovec(*QUICK, "--output", path, "--resume", "--json").stdout)
+    first = json.loads(in_process(*QUICK, "--output", path, "--json").stdout)
+    again = json.loads(in_process(*QUICK, "--output", path, "--resume", "--json").stdout)
     assert again["total_energy"] == first["total_energy"]
     assert again["seconds"]["assembly"] == 0.0
 
@@ -294,13 +294,14 @@ DEADLY = own("deadly", partial(os._exit, 3))
 
 def verdicts(monkeypatch, path, *cases):
     """``corovec verify`` of some cases: its result and the file it leaves."""
-    monkeypatch.setattr(cli, "find", lambda names, quick: cases)
+    monkeypatch.setattr(registry, "find", lambda names, quick: cases)
     done = CliRunner().invoke(verify, ["--output", str(path), "--jobs", "2"],
                               standalone_mode=False)
     assert os.listdir(path.parent) == [path.name]
     return done, json.loads(path.read_text())
 
 
+@pytest.mark.slow
 def test_a_case_that_fails_does_not_end_the_others(tmp_path, monkeypatch):
     """One raises, late, and one takes its process with it; the order stays."""
     done, report = verdicts(monkeypatch, tmp_path / "verdicts.json", LATE, BAD, DEADLY, GOOD)

@@ -20,6 +20,7 @@ from corovec.solver.system.system import System
 from corovec.verification.models import rectangle, spinning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", compilation.ASSEMBLING)
 def test_a_process_beside_compiles_the_kernel_that_assembles(kind):
     """Its command ends well and tells a folder with the kernel's index and code."""

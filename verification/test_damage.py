@@ -29,7 +29,8 @@ from corovec.verification.fuzz.files import (
 from corovec.verification.helpers import corovec
 
 
-@pytest.fixture(scope="module", params=RUNS)
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=[
+    pytest.mark.slow] * (name != "dynamic")) for name in RUNS])
 def run(request):
     return RUNS[request.param]
 
@@ -67,6 +68,7 @@ def refused(run, path, message=""):
     assert path.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_every_dataset_is_guarded(whole, path):
     """Any byte of any dataset turned round: an error or the same contents, but of the newest
     checkpoint and its frame, which the one before replaces with a warning."""
@@ -210,6 +212,7 @@ def keys(description, place=()):
             yield from keys(value, (*place, name))
 
 
+@pytest.mark.slow
 def test_every_key_of_the_description_is_needed(run, path):
     """Each is refused if it is missing or of another type, though the file is signed."""
     text = read(path)["description"]

@@ -331,6 +331,7 @@ def test_pressure_in_a_box_does_work_on_its_volume():
 
 # ------------------------------------------------------------------ steps
 
+@pytest.mark.slow
 def test_halving_keeps_everything():
     """Twenty times the loads of the L-plate, which turns by more than two radians in a step."""
     model = load_case("l-plate").model(30)

@@ -3,8 +3,10 @@ small, each told in one line before long work begins."""
 
 import errno
 import os
+import signal
 import stat
 import tempfile
+from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
@@ -15,7 +17,7 @@ from corovec.reports.cli import animate
 from corovec.solver.dynamics.simulation import _check_frames, check_run
 from corovec.solver.results.files import folder_path, replacing, writable_folder, writable_path
 from corovec.solver.runtime import memory
-from corovec.verification.helpers import corovec
+from corovec.verification.helpers import in_process
 from corovec.verification.models import cross_code_plate
 
 MODEL = cross_code_plate(1)
@@ -145,6 +147,21 @@ def test_folder_that_is_no_path(given):
         folder_path(given)
 
 
+@contextmanager
+def in_time(seconds):
+    """What takes longer ends with ``TimeoutError``."""
+    def late(*_):
+        raise TimeoutError(f"took longer than {seconds} s")
+
+    old = signal.signal(signal.SIGALRM, late)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
+
+
 UNWRITABLE = "/proc/nowhere"
 """No folder or file can be made there, by root neither."""
 
@@ -156,9 +173,10 @@ UNWRITABLE = "/proc/nowhere"
     (("calibrate", "ruler", "--elements", "480"), ""), (("reproduce",), ""),
     (("converge", "l-plate"), "loop"), (("reproduce",), "loop"), (("verify",), "loop")])
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs /proc")
-def test_output_is_checked_before_the_work(tmp_path, command, output):
+def test_output_is_checked_before_the_work(tmp_path, monkeypatch, command, output):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "loop").symlink_to("loop")
-    done = corovec(*command, "--output", output, cwd=tmp_path, timeout=60)
+    done = in_process(*command, "--output", output)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert output in done.stderr and done.stdout == ""
     assert os.listdir(tmp_path) == ["loop"]
@@ -168,10 +186,12 @@ def test_output_is_checked_before_the_work(tmp_path, command, output):
     ("run", "pipe.toml"), ("run", "l-plate", "--output", "pipe.h5", "--resume"),
     ("info", "pipe.h5"), ("plot", "pipe.h5"), ("animate", "pipe.h5", "-o", "x.gif"),
     ("claims", "l-plate", "pipe.h5"), ("verify", "--output", "pipe.h5", "--overwrite")])
-def test_pipe_does_not_hang(tmp_path, command):
+def test_pipe_does_not_hang(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
     for name in ("pipe.toml", "pipe.h5"):
         os.mkfifo(tmp_path / name)
-    done = corovec(*command, cwd=tmp_path, timeout=60)
+    with in_time(60):
+        done = in_process(*command)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert "is not a regular file" in done.stderr
 

@@ -55,6 +55,7 @@ SEED = 35
 """One by which a process is lost and a try hangs once each, among eight."""
 
 
+@pytest.mark.slow
 def test_campaign_survives_what_it_finds(monkeypatch):
     """Every try is counted once, whatever became of the process, and is the same when repeated."""
     monkeypatch.setattr("corovec.verification.fuzz.campaign.TRY_SECONDS", 3.0)

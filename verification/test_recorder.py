@@ -34,11 +34,11 @@ from corovec.solver.dynamics import simulation
 from corovec.solver.results import recorder
 from corovec.solver.statics import arc_length as statics
 from corovec.verification.fuzz.kills import assert_same_bits
-from corovec.verification.helpers import COMMAND, corovec, read_killed, vtk_frames
+from corovec.verification.helpers import COMMAND, corovec, in_process, read_killed, vtk_frames
 from corovec.verification.models import cross_code_plate
 from corovec.verification.shells import roof, strip
 
-RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "8",
+RUN = ("run", "l-plate", "--elements", "30", "--dt", "1e-3", "--end-time", "4",
        "--frame-every", "25")
 
 STATIC_RUN = """
@@ -94,13 +94,14 @@ def test_killed_run_resumes_bit_for_bit(tmp_path):
     for target in (300, 1100):
         resume = ["--resume"] if killed.exists() else []
         assert kill([COMMAND, *RUN, "--output", str(killed), *resume], killed,
-                    target)["step"] < 8000
-        info = corovec("info", str(killed))
-        assert info.returncode == 0 and "steps planned          8000" in info.stdout
+                    target)["step"] < 4000
+        info = in_process("info", str(killed))
+        assert info.returncode == 0 and "steps planned          4000" in info.stdout
     assert corovec(*RUN, "--output", str(killed), "--resume").returncode == 0
     assert_same_bits(whole, killed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["load control", "arc length"])
 def test_killed_static_run_resumes_bit_for_bit(tmp_path, method):
     whole, killed = tmp_path / "whole.h5", tmp_path / "killed.h5"
@@ -229,7 +230,7 @@ def test_arc_length_outgrows_its_file(tmp_path, monkeypatch):
     assert contents["n_steps"] == 23 and contents["step"] == len(result.factors) - 1 == 19
     assert_shown(path, np.arange(len(result.factors)))
     assert os.listdir(tmp_path) == ["run.h5"]
-    info = corovec("info", str(path))
+    info = in_process("info", str(path))
     assert f"largest factor         {result.factors.max():.6g}" in info.stdout
     assert "steps planned" not in info.stdout
 
@@ -267,7 +268,7 @@ def test_static_file_keeps_the_rows_before_a_failure(tmp_path):
     with pytest.raises(StepError, match="no equilibrium found beyond"):
         load_control(roof(4, 12.7), [0.5, 0.7, 0.9], StaticSettings(max_divisions=2), output=path)
     assert read(path)["history"]["factor"].tolist() == [0.0, 0.5, 0.7]
-    info = corovec("info", str(path))
+    info = in_process("info", str(path))
     for line in ("method                 load control", "steps                  2",
                  "steps planned          3", "factor                 0.7",
                  "factors                3 from 0.5 to 0.9 "):

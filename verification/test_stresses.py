@@ -402,6 +402,7 @@ def test_changed_stress_is_damage(tmp_path):
         read(path)
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path):
     """--stresses records them; info tells mass, centre and inertia of the L-plate, 30 m^2."""
     path = tmp_path / "run.vtkhdf"

@@ -12,9 +12,13 @@ from corovec.verification.mutants import deviating_rows
 from corovec.verification.registry import CASES, make_report, run_case
 from corovec.verification.suites import mutants
 
+LONG = {"discrete-jacobian", "element-derivatives", "exact-conservation", "hemisphere-shear",
+        "hinge-work", "joint-conservation", "order-in-time", "spin", "spin-global"}
+"""Quick cases that take 3 to 20 seconds."""
 
-@pytest.mark.parametrize("case", [case for case in CASES if not case.slow],
-                         ids=lambda case: case.name)
+
+@pytest.mark.parametrize("case", [pytest.param(case, id=case.name, marks=[
+    pytest.mark.slow] * (case.name in LONG)) for case in CASES if not case.slow])
 def test_case(case):
     """No row deviates without an explanation."""
     rows = list(case.run())

@@ -5,7 +5,6 @@ import json
 import click
 
 from ..results.files import replacing, writable_path
-from . import reference
 
 
 @click.command()
@@ -18,6 +17,7 @@ def schema(as_json):
       corovec schema
       corovec schema --json > model.schema.json
     """
+    from . import reference
     click.echo(json.dumps(reference.json_schema(), indent=1) if as_json else reference.as_text())
 
 
@@ -32,8 +32,9 @@ def new(file, overwrite):
       corovec new my_shell.toml
       corovec run my_shell.toml --output my_shell.h5
     """
+    from .reference import START
     path = writable_path(file, overwrite)
     with replacing(path) as partial:
-        partial.write_text(reference.START.read_text(encoding="utf-8").replace("FILE", path.name),
+        partial.write_text(START.read_text(encoding="utf-8").replace("FILE", path.name),
                            encoding="utf-8")
     click.echo(f"{path}: corovec check {path} shows it, corovec run {path} runs it")
