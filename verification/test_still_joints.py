@@ -404,3 +404,26 @@ def _stop_at(at):
         if factor >= at:
             raise KeyboardInterrupt
     return stop
+
+
+@pytest.mark.parametrize("solve", [solve_linear, lambda model: load_control(model, [0.5, 1.0])],
+                         ids=["linear", "large"])
+def test_supports_that_move_carry_bodies(solve):
+    """A strip whose edge is lifted takes its body along; a rod to the ground bends it."""
+    mesh = strip(0.0)
+    edge, end = (np.flatnonzero(np.abs(mesh.nodes[:, 0] - x) < 1e-9).tolist() for x in (0.0, 1.0))
+    body = RigidBody("tip", 2.0, (0.1, 0.1, 0.1), (1.2, 0.5, 0.0), end)
+    supports = [Support(edge, ("x", "y", "px", "py", "pz")), Support(edge, ("z",), 0.1)]
+
+    def lifted(*joints):
+        model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, bodies=[body], supports=supports,
+                         joints=joints)
+        result = solve(model)
+        moved = result.displacement.reshape(-1, len(model.nodes), 3)[-1]
+        return moved, result.joint_forces.reshape(-1, 3)
+
+    moved, _ = lifted()
+    np.testing.assert_allclose(moved, np.tile([0.0, 0.0, 0.1], (len(moved), 1)), atol=1e-9)
+    moved, forces = lifted(RigidLink("ground", "tip", (1.2, 0.5, -9.0), (1.2, 0.5, 0.0)))
+    assert abs(moved[-1, 2]) < 1e-3 and moved[0, 2] == pytest.approx(0.1, rel=1e-12)
+    assert forces[-1, 2] < -1.0

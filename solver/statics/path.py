@@ -139,7 +139,7 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        springs = self._sum(system.inner_forces)
+        springs = self._sum(system.of_springs())
         largest = max(applied, unmasked, springs, self._heat)
         moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
         if left > FEW * largest and not (moved and springs == 0.0 and not self._loaded(factor)):

@@ -70,6 +70,13 @@ class StillSystem(System):
         if self.linked:
             self.inner_forces += self.linked.hold(self.residual)
 
+    def of_springs(self):
+        """(n_dof,) forces of springs in the last iterate, of joints with multipliers none."""
+        found = self.inner_forces.copy()
+        if self.linked:
+            found[self.linked.dofs] -= self.linked.acting
+        return found
+
     def acting(self, loads):
         """(n_dof,) forces of the loads, and of springs where there are no joints with multipliers,
         in the iterate that was assembled last."""

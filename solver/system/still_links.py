@@ -27,11 +27,12 @@ class StillLinks(ChartRows):
 
     Attributes:
         second: (n_dof, n_dof) sparse, what joints add to the matrix.
+        acting: (n_local,) forces of joints in the last iterate.
     """
 
     def __init__(self, system):
         super().__init__(system)
-        self.second = csc_array((self._n_dof,) * 2)
+        self.second, self.acting = csc_array((self._n_dof,) * 2), np.zeros(len(self.dofs))
         self._slopes = np.zeros(len(self.owners) - self._hard)
         self._columns(system)
         scaled = self._of_free(self._G[:self._hard])
@@ -66,7 +67,8 @@ class StillLinks(ChartRows):
                           angle[n:], 1.0, 0.0, found)
             self._slopes = found[:, 1]
             self.forces[self._hard:] = -(found[:, 0] + motors[places])
-        forces[self.dofs] -= self._G.T @ self.forces
+        self.acting = -self._G.T @ self.forces
+        forces[self.dofs] += self.acting
 
     def stiffen(self, nodes, iterate):
         """Make ``second`` of the iterate whose forces were added last."""
