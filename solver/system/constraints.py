@@ -7,7 +7,7 @@ and residuals stay in global axes; what supports do is what ``T T^T`` takes from
 """
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, eye_array
 
 ZERO = 1e-15
 """Components of unit vectors below this are rounding."""
@@ -30,10 +30,17 @@ class Constraints:
             self._variables = [np.concatenate([_variables(numbering, i) for i in side])
                                for side in (self._pairs.masters, self._pairs.slaves)]
         self.T = _columns(_blocks(model, numbering, fixed), fixed)
+        onto = (self.T @ self.T.T).tocsr()
+        away = onto - eye_array(numbering.n_dof, format="csr")
+        away.eliminate_zeros()
+        self._tied = np.flatnonzero(np.diff(away.indptr))
+        self._onto = onto[self._tied]
 
     def project(self, vector):
         """The part of a vector (n_dof,) that is free."""
-        return self.T @ (self.T.T @ vector)
+        free = vector.copy()
+        free[self._tied] = self._onto @ vector
+        return free
 
     def follow(self, state):
         """Give the slaves of a sector the charts of their masters, turned, and their variables and
