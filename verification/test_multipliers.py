@@ -408,7 +408,7 @@ def test_velocities_that_do_not_fit():
 @pytest.mark.parametrize("scheme", [Scheme("newmark"), Scheme("quasi", 0.8)])
 def test_other_schemes_refuse(scheme):
     with pytest.raises(InputError, match="need the scheme exact, or quasi with rho_inf = 1"):
-        simulate(wings(), Settings(dt=0.02, end_time=0.02, scheme=scheme))
+        simulate(wings(loads=False), Settings(dt=0.02, end_time=0.02, scheme=scheme))
 
 
 @pytest.mark.parametrize("values, message", [

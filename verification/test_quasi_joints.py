@@ -88,7 +88,7 @@ def test_rates_need_impulses(monkeypatch):
 
     monkeypatch.setattr(QuasiLinks, "_rates_end", without)
     worst = [missed(*at)[1] for at in steps(wings(**KINDS["link"]), 0.02, 15)]
-    assert max(worst) > 1e-5
+    assert max(worst) > 1e-6
 
 
 def test_forces_along_the_gradient_at_the_end_gain_energy(monkeypatch):

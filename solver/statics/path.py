@@ -139,10 +139,10 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        springs = self._sum(system.of_springs())
-        largest = max(applied, unmasked, springs, self._heat)
+        inner, sprung = self._sum(system.inner_forces), np.any(system.of_springs())
+        largest = max(applied, unmasked, inner, self._heat)
         moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
-        if left > FEW * largest and not (moved and springs == 0.0 and not self._loaded(factor)):
+        if left > FEW * largest and not (moved and not (sprung or self._loaded(factor))):
             warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
                  "reactions have few digits", AccuracyWarning)
 
