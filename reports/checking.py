@@ -10,8 +10,8 @@ from corovec.solver.errors import InputError
 from corovec.solver.input.files import find_model, read_model
 from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.constants import local_frames
-from corovec.solver.model.joints import names_of
 from corovec.solver.model.loads import Drive
+from corovec.solver.model.mechanism import summary as of_mechanism
 from corovec.solver.model.mesh import vector_areas
 from corovec.solver.names import printable
 from corovec.solver.results.files import writable_path
@@ -62,10 +62,7 @@ def summary(definition, shell):
         "node_sets": {name: len(numbers) for name, numbers in mesh.node_sets.items()} or None,
         "loads": {printable(load.name): load.kind for load in definition.loads} or None,
         "held_nodes": int(shell.fixed.any(axis=1).sum()), **_attached(shell),
-        "joints": {printable(name): joint.kind for name, joint in zip(
-            names_of(definition.joints), definition.joints)} or None,
-        "bodies": {printable(body.name): f"{body.mass:g} kg, {len(body.nodes)} nodes"
-                   for body in shell.bodies} or None,
+        **of_mechanism(shell.mechanism),
         "probes": {name: _probe(probe) for name, probe in definition.probes.items()} or None,
         "steps": ", ".join(steps)}
 

@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, PercentFormatter
 
 from corovec.solver.checks import choice, instance, vector
+from corovec.solver.dynamics.energies import COLUMNS, run_of, table_of
 from corovec.solver.dynamics.result import End, total_energy
 from corovec.solver.errors import InputError
-from corovec.solver.names import mathtext
+from corovec.solver.names import mathtext, shortened
 from corovec.solver.results.frame import Rows, data_frame
 from corovec.solver.results.layout import DYNAMICS, STATICS
 from corovec.solver.signatures import checked
@@ -94,6 +95,9 @@ def _curves(name, curves):
     return [instance(f"{name}[{k}]", one, Curve) for k, one in enumerate(found)]
 
 
+NOTHING = 1e-12
+"""Part of the largest energy of an item below which one is not drawn."""
+
 Recordings = Annotated[list, _several]
 
 
@@ -143,8 +147,13 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
 
 UNITS = {"reaction": "N", "reaction_moment": "N m", "_u": "m", "_v": "m/s", "_n": "N/m", "_m": "N",
          "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J", "_angle": "rad", "_rate": "rad/s",
-         "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J"}
+         "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J",
+         "_slide": "m", "_speed": "m/s", "_couple": "N m"}
 """Of resultants, and of the columns of probes by their ends."""
+
+MAY_BE_NONE = ("_angle", "_rate", "_moment", "_stored", "_work", "_lost", "_slide", "_speed",
+               "_couple")
+"""Ends of columns that are not drawn where they are zero: what a joint does not have."""
 
 
 def tracked(history):
@@ -152,7 +161,8 @@ def tracked(history):
     what probes kept."""
     known = {*DYNAMICS.names, *STATICS.names} - {"reaction", "reaction_moment"}
     return [name for name in history.dtype.names
-            if name not in known and (not name.startswith("reaction") or history[name].any())]
+            if name not in known and "." not in name
+            and (not name.startswith("reaction") or history[name].any())]
 
 
 @checked
@@ -166,7 +176,8 @@ def probes(history: Rows, unloaded_at: End = np.inf, end: float = None):
         end: last time that is drawn [s]; default: all.
 
     Returns:
-        (Figure, DataFrame): columns time (or factor), and those of ``data_frame``.
+        (Figure, DataFrame): columns time (or factor), and those of ``data_frame``; what a joint
+        does not have, as energy of a spring, has columns of zeros and is not drawn.
 
     Raises:
         InputError: neither reactions nor probes are there.
@@ -177,8 +188,10 @@ def probes(history: Rows, unloaded_at: End = np.inf, end: float = None):
     static = "factor" in history.dtype.names
     across, rows = ("factor", history) if static else ("time", _rows(history, end))
     table = data_frame(rows)
+    drawn = [part for name in names for part in table if part == name
+             or part.rpartition("_")[0] == name]
+    names = [name for name in names if np.any(rows[name]) or not name.endswith(MAY_BE_NONE)]
     figure, (column,) = _panels(len(names), None, 0.3 + 1.45 * len(names))
-    drawn = []
     for axes, name in zip(column, names):
         unit = next(unit for ending, unit in UNITS.items() if name.endswith(ending))
         parts = [part for part in table if part == name or part.rpartition("_")[0] == name]
@@ -191,9 +204,54 @@ def probes(history: Rows, unloaded_at: End = np.inf, end: float = None):
         axes.set_ylabel(f"{mathtext(name)} [{unit}]")
         if len(parts) > 1:
             axes.legend(loc="upper right", ncols=len(parts), fontsize=6.5)
-        drawn += parts
     column[-1].set_xlabel("load factor" if static else "time [s]")
     return figure, table[[across, *drawn]]
+
+
+@checked
+@styled
+def energies_by_item(run: Annotated[tuple, run_of], unloaded_at: End = np.inf):
+    """Energies over time of the shell, bodies, joints, springs, loads and supports of a run.
+
+    A panel each for what is kinetic, stored, dissipated and done as work, where there is any; of
+    more items than there are curves the smaller ones together.
+
+    Args:
+        run: ``Result``, or what ``read`` returns of a run in time.
+        unloaded_at: time from which no load acts [s]; the time before is shaded.
+
+    Returns:
+        (Figure, DataFrame): that of ``energy_table``.
+
+    Raises:
+        InputError: no run in time.
+    """
+    history, names = run
+    table = table_of(_rows(history, None), names)
+    wide = {what: table.pivot(index="time", columns=["item", "kind"], values=what)
+            for what in COLUMNS}
+    items = list(dict.fromkeys(zip(table["item"], table["kind"])))
+    least = NOTHING * max(values.abs().to_numpy().max() for values in wide.values())
+    sizes = {what: values.abs().max() for what, values in wide.items()}
+    shown = [what for what in COLUMNS if sizes[what].max() > least]
+    ranked = sorted(items, key=lambda item: -max(sizes[what][item] for what in shown or COLUMNS))
+    single = [item for item in items if item in ranked[:len(CURVES) - (len(items) > len(CURVES))]]
+    figure, (column,) = _panels(max(len(shown), 1), None, 0.4 + 1.6 * max(len(shown), 1))
+    for axes, what in zip(column, shown or COLUMNS[:1]):
+        values = wide[what]
+        for item, (colour, dashes) in zip(single, CURVES):
+            if sizes[what][item] > least:
+                axes.plot(values.index, values[item], color=colour, linestyle=dashes,
+                          label=mathtext(shortened(item[0])))
+        if rest := [item for item in items if item not in single and sizes[what][item] > least]:
+            axes.plot(values.index, values[rest].sum(axis=1), color="0.6", linewidth=0.9,
+                      label=f"{len(rest)} others" if len(rest) > 1 else rest[0][0])
+        _over_time(axes, values.index.to_numpy(), unloaded_at)
+        axes.set(xlabel="", ylabel=f"{what} [J]")
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    column[-1].set_xlabel("time [s]")
+    return figure, table
 
 
 @checked

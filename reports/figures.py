@@ -8,6 +8,7 @@ from .curves import (
     convergence,
     displacements,
     energies,
+    energies_by_item,
     momenta,
     probes,
     total_energies,
@@ -16,5 +17,5 @@ from .scenes import sequence
 from .shells import mesh_and_loads
 from .style import save
 
-__all__ = ["Curve", "convergence", "displacements", "energies", "mesh_and_loads", "momenta",
-           "probes", "save", "sequence", "total_energies"]
+__all__ = ["Curve", "convergence", "displacements", "energies", "energies_by_item",
+           "mesh_and_loads", "momenta", "probes", "save", "sequence", "total_energies"]

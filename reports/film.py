@@ -18,6 +18,7 @@ from .colours import ENERGY, coloured
 from .scenes import instant
 from .space import Space, View, best_view, bounds
 from .style import BLACK, BLUE, VERMILLION, styled
+from .symbols import FEW_NAMES, Drawing, key_of_symbols
 
 FORMATS = (".gif", ".mp4", ".html")
 
@@ -110,21 +111,24 @@ def _ffmpeg():
 
 def _scene(recording, shown, scale, view, follow, coloured):
     """The figure, and the function that draws frame k of ``shown`` into it."""
-    positions = recording.positions(scale)[shown]
+    positions, places = recording.positions(scale)[shown], recording.symbol_places(shown, scale)
     if follow:
-        positions = positions - positions.mean(axis=1, keepdims=True)
+        shift = positions.mean(axis=1, keepdims=True)
+        positions, places = positions - shift, places - shift
     corners, values = positions[:, recording.quads], coloured.values
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     figure = Figure(figsize=SIZE, dpi=DOTS, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(2.6, 1.0))
-    space = Space(left, view, bounds(positions), ruled=not follow)
+    space = Space(left, view, bounds(positions, places), ruled=not follow)
     if follow:
         space.scale_bar()
     colours = coloured.scale
     polygons = space.elements(corners[:1], array=values[:1], norm=colours.norm,
                               cmap=colours.cmap, line=0.25)
     coloured.bar(figure, colours, left, location="bottom", shrink=0.6, aspect=30)
+    drawing = Drawing(space, recording.symbols, places[0], named=FEW_NAMES)
+    key_of_symbols(left, recording.symbols)
     now = _energies(right, recording)
     title = figure.suptitle(instant(recording, recording.times[shown[-1]]))
     canvas.draw()
@@ -132,6 +136,7 @@ def _scene(recording, shown, scale, view, follow, coloured):
 
     def draw(k):
         space.move(polygons, corners[k:k + 1], values[k:k + 1])
+        drawing.move(places[k])
         title.set_text(instant(recording, recording.times[shown[k]]))
         now.set_xdata([recording.times[shown[k]]] * 2)
 

@@ -15,6 +15,7 @@ from .curves import tracked
 from .figures import (
     displacements,
     energies,
+    energies_by_item,
     mesh_and_loads,
     momenta,
     probes,
@@ -71,6 +72,9 @@ def gallery(recordings, at=(), interval=None, scale=1.0, view=None, color=ENERGY
         run, history, unloaded_at = recording.name, recording.history, recording.unloaded_at
         figures[f"{run}-mesh"] = partial(mesh_and_loads, *_model(recording), view=view)
         figures[f"{run}-energies"] = partial(energies, history, unloaded_at)
+        if not recording.static and any("." in name for name in history.dtype.names):
+            figures[f"{run}-energies-by-item"] = partial(energies_by_item, recording.contents,
+                                                         unloaded_at)
         if not recording.static:
             figures[f"{run}-momenta"] = partial(momenta, history, unloaded_at)
         if tracked(history):

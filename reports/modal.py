@@ -22,6 +22,7 @@ from .recording import Recording
 from .scenes import side_by_side
 from .space import View, best_view
 from .style import FORMATS, save, styled
+from .symbols import symbols_of
 
 LARGEST = 0.1
 """Largest displacement that is drawn, relative to the size of the mesh."""
@@ -47,11 +48,13 @@ def shapes(found, scale=1.0, view=None):
         (Figure, DataFrame): columns shape, node, x, y, z, and the displacement u, v, w drawn.
     """
     moved = number("scale", scale) * _drawn(found).real
-    corners = (found.model.nodes + found.base + moved)[:, found.model.quads]
+    positions = found.model.nodes + found.base + moved
+    corners, symbols = positions[:, found.model.quads], symbols_of(found.model)
     view = best_view(corners.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [name.partition(": ")[2] for name in found.names()]
     colours = Coloured(ENERGY, _density(found), "strain energy density, largest of each shape = 1")
-    figure = side_by_side(corners, colours, captions, view)
+    joined = symbols, symbols.places(positions, _normals(found.model, len(positions)))
+    figure = side_by_side(corners, colours, captions, view, joined=joined)
     n, n_nodes = moved.shape[:2]
     places = np.tile((found.model.nodes + found.base).T, n)
     return figure, pd.DataFrame({
@@ -85,6 +88,7 @@ def oscillation(found, k, scale=1.0):
     return Recording(found.names()[k], {
         "nodes": found.model.nodes, "quads": found.model.quads, "history": history,
         "displacement": found.base + swing, "frame_steps": np.arange(len(phase)),
+        "description": found.model.mechanism, "director": _normals(found.model, len(phase)),
         "strain_energy": np.outer(np.cos(phase) ** 2, energy)})
 
 
@@ -129,6 +133,11 @@ def _drawn(found):
     """Displacements (n, n_nodes, 3), each with a largest one of ``LARGEST`` of the shell."""
     sizes = np.linalg.norm(found.displacement, axis=2).max(axis=1)[:, None, None]
     return LARGEST * found.model.size / sizes * found.displacement
+
+
+def _normals(model, n):
+    """(n, n_directors, 3) initial normals: joints of a model that has modes lie at its nodes."""
+    return np.broadcast_to(model.normals, (n, *model.normals.shape))
 
 
 def _density(found):

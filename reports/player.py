@@ -12,6 +12,7 @@ from matplotlib.colors import to_hex
 
 from .colours import colour_scale
 from .space import best_view
+from .symbols import LOOKS
 
 MOST_FRAMES = 201
 STEPS = 65535
@@ -29,12 +30,14 @@ def player(recording, every=None):
 
     Returns:
         dict: counts, times [s], energies [J], the centre's path [m], the direction to the eye at
-        the start, the map of colours, and the packed arrays with what unpacks them.
+        the start, the map of colours, the packed arrays with what unpacks them, and lines and marks
+        of joints and bodies by their looks, whose points follow the nodes in ``position``.
     """
     every = every or -(-len(recording.times) // MOST_FRAMES)
     x = recording.positions()[::every]
-    centre = _centres(x, recording)
-    x -= centre[:, None]
+    centre, n = _centres(x, recording), x.shape[1]
+    places = recording.symbol_places(np.arange(0, len(recording.times), every))
+    x = np.concatenate([x, places], axis=1) - centre[:, None]
     low, size = x.min(axis=(0, 1)), float(np.ptp(x, axis=(0, 1)).max())
     density = recording.energy_density[::every]
     scale = colour_scale(density)
@@ -42,7 +45,8 @@ def player(recording, every=None):
     rows = recording.history[recording.frame_rows[::every]]
     scaled = (x - low) / size * STEPS
     return {
-        "frames": len(x), "nodes": x.shape[1], "elements": recording.elements,
+        "frames": len(x), "nodes": x.shape[1], "symbols": _symbols(recording.symbols, n),
+        "elements": recording.elements,
         "times": _rounded(recording.times[::every]), "centre": _rounded(centre.T),
         "kinetic": _rounded(rows["kinetic_energy"]), "strain": _rounded(rows["strain_energy"]),
         "eye": _rounded(best_view(x[:, recording.quads].reshape(-1, 4, 3)).eye),
@@ -51,6 +55,29 @@ def player(recording, every=None):
         "position": _packed(scaled.round().astype("<u2")),
         "density": _packed((np.clip(density / top, 0.0, 1.0) * COLOURS).round().astype("u1")),
         "quads": _packed(recording.quads.astype("<u2"))}
+
+
+MARKS = {"dot": "circle", "ring": "circle-open", "square": "square", "end": "circle",
+         "rhomb": "diamond", "foot": "cross"}
+"""Marks of Plotly by their looks."""
+
+
+LARGEST = 6.0
+"""Size of a mark that needs no more."""
+
+
+def _symbols(symbols, first):
+    """Lines and marks of the same look, each with the numbers of its points, which begin at
+    ``first``."""
+    found = {}
+    for symbol in (*symbols.lines, *symbols.marks):
+        found.setdefault(symbol.look, []).extend(first + point for point in symbol.points)
+    rows = []
+    for name, points in found.items():
+        look = LOOKS[name]
+        rows.append({"colour": to_hex(look.colour), "width": min(look.width, LARGEST),
+                     "points": points, "mark": MARKS.get(name)})
+    return rows
 
 
 def packed_text(text):

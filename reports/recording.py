@@ -11,6 +11,8 @@ from corovec.solver.model.mesh import node_at, vector_areas
 from corovec.solver.names import printable
 from corovec.solver.results.reading import read
 
+from .symbols import symbols_of
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -36,6 +38,21 @@ class Recording:
             raise ResultFileError(f"{path} holds the start of a run and no frame after it: nothing "
                                   "to draw")
         return cls(printable(Path(path).stem), contents)
+
+    @property
+    def mechanism(self):
+        """Its joints and rigid bodies, see ``model.mechanism``."""
+        return {kind: self.contents["description"].get(kind, []) for kind in ("joints", "bodies")}
+
+    @cached_property
+    def symbols(self):
+        """``Symbols`` of them."""
+        return symbols_of(self)
+
+    def symbol_places(self, frames, scale=1.0):
+        """(n_frames, n_points, 3) places of the points of ``symbols`` in some frames, with the
+        displacements times ``scale`` [m]."""
+        return self.symbols.places(self.positions(scale)[frames], self.contents["director"][frames])
 
     @property
     def case(self):

@@ -14,6 +14,7 @@ from .colours import ENERGY, Color, coloured
 from .recording import Recording
 from .space import Angles, Space, View, best_view, bounds
 from .style import WIDTH, styled
+from .symbols import Drawing
 
 MOVED = 0.5
 """A shell that travels this multiple of its size has its way drawn above its frames."""
@@ -76,7 +77,9 @@ def sequence(recording: Recording, times: Annotated[tuple, _times] = None, scale
     view = best_view(framed.reshape(-1, 4, 3)) if view is None else View(*view)
     captions = [instant(recording, time) for time in times]
     way = (corners, centres) if travels and len(frames) > 1 else None
-    figure = side_by_side(framed, colours, captions, view, way)
+    places = recording.symbol_places(frames, scale)
+    figure = side_by_side(framed, colours, captions, view, way, (
+        recording.symbols, places - centres[:, None] if travels else places))
     n, n_elem = corners.shape[:2]
     x, y, z = corners.reshape(-1, 3).T
     return figure, pd.DataFrame({
@@ -93,12 +96,14 @@ def instant(recording, time):
     return f"λ = {time:.4g}" if recording.static else f"{time:.4g} s"
 
 
-def side_by_side(corners, coloured, captions, view, way=None):
+def side_by_side(corners, coloured, captions, view, way=None, joined=None):
     """A panel for each frame (n, n_elem, 4, 3), all of one scale, below the ``way`` (corners and
-    centres on it) if there is one."""
+    centres on it) if there is one; ``joined``: ``Symbols``, and places (n, n_points, 3) of their
+    points."""
     most = next((columns for n, columns in COLUMNS.items() if len(corners) <= n), MOST_COLUMNS)
     columns, scale, values = min(most, len(corners)), coloured.scale, coloured.values
-    seen = view(corners).reshape(-1, 2)
+    symbols, places = joined or (None, np.zeros((len(corners), 0, 3)))
+    seen = np.concatenate([view(part).reshape(-1, 2) for part in (corners, places)])
     (left, low), (right, high) = seen.min(axis=0), seen.max(axis=0)
     heights = [0.25 + 0.95 * WIDTH / columns * (high - low) / (right - left)] * -(
         -len(corners) // columns)
@@ -112,6 +117,8 @@ def side_by_side(corners, coloured, captions, view, way=None):
     for k, caption in enumerate(captions):
         space = Space(panels[k], view, bounds(corners), ruled=False)
         space.elements(corners[k:k + 1], array=values[k:k + 1], **looks)
+        if symbols:
+            Drawing(space, symbols, places[k], size=0.6)
         panels[k].set(xlim=(left, right), ylim=(low, high))
         panels[k].set_title(caption, size=7.5, pad=3.0)
     space.scale_bar()

@@ -16,16 +16,16 @@ from corovec.solver.errors import InputError
 from corovec.solver.input.model_file import ModelFile
 from corovec.solver.model.attached import GroundSpring, PointMass, Spring
 from corovec.solver.model.directors import fold_edges
-from corovec.solver.model.joints import Hinge, Spherical
 from corovec.solver.model.loads import COMPONENTS, Drive
 from corovec.solver.model.model import Model
-from corovec.solver.names import mathtext
+from corovec.solver.names import LONGEST_NAME, mathtext, shortened
 from corovec.solver.signatures import checked
 
 from . import arrows
 from .arrows import LONGEST
 from .space import Angles, Space, View, best_view, bounds, hidden, zigzag
 from .style import BLACK, BLUE, CURVES, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, styled
+from .symbols import KEYS, LOOKS, Drawing, symbols_of
 
 ROW, WORDS = 0.19, {"size": 7.0}
 """Height of a row of the key [inches], and its letters."""
@@ -42,11 +42,8 @@ PALE = 0.6
 NORMALS, SHORT = 10, 0.07
 """Most normals that are drawn, and their length relative to the size of the mesh."""
 
-LONGEST_NAME = 26
-"""Letters of a name that leave room for the picture."""
-
-SPRING, HINGE = PURPLE, VERMILLION
-"""Colours of springs and of joints."""
+SPRING = PURPLE
+"""Colour of springs."""
 
 MOST_MARKS = 150
 """Nodes of a kind that are marked, at most."""
@@ -98,8 +95,8 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
     """The undeformed mesh with its loads at their largest, and their functions of time.
 
     Figs. 2, 7, 10, 14.  An arrow pushes or pulls at the node that it touches; forces, forces per
-    length and others have each a scale, told by an arrow of round size.  What lies behind the shell
-    is hollow and dashed.
+    length and others have each a scale, told by an arrow of round size.  Joints and rigid bodies
+    have symbols, see ``symbols``.  What lies behind the shell is hollow and dashed.
 
     Args:
         model: ``Model``, or anything else with ``nodes`` and ``quads``.
@@ -109,20 +106,19 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
 
     Returns:
         (Figure, DataFrame): rows ``item`` = element (its corners x, y, z), load (x, y, z of its
-        node, the drawn force fx, fy, fz and its unit), point, or function (``time``, ``value``).
+        node, the drawn force fx, fy, fz and its unit), point, function (``time``, ``value``), a
+        kind of joint, body, cuboid or arm of a body, ground (x, y, z of its mark, or of both ends
+        of a line of its symbol).
     """
     drawn = arrows.of_model(model) if case is None else arrows.of_case(model, case)
     scene = _Scene(model, drawn, _points(case), view, bool(drawn))
     scene.space.elements(model.nodes[model.quads][None], facecolor=PLAIN, edge="0.4", line=0.4)
     scene.arrows()
-    hinges, spherical = _joints(model)
-    arms, bodies = _bodies(model)
-    scene.lines(hinges, HINGE)
-    scene.lines(arms, BLACK)
-    for marks in (*_held(model), *spherical, *bodies):
+    scene.symbols()
+    for marks in _held(model):
         scene.marks(marks._replace(marker="s"))
     scene.functions()
-    scene.key(scene.scale_rows() + scene.hollow_row())
+    scene.key(scene.scale_rows() + scene.symbol_rows() + scene.hollow_row())
     scene.names()
     return scene.figure, scene.table()
 
@@ -132,10 +128,10 @@ def mesh_and_loads(model: Annotated[object, _shell], case: ModelFile = None, vie
 def whole_model(model: Model, case: ModelFile, view: Angles = None):
     """All that a model file makes of a mesh: what ``corovec check`` draws.
 
-    Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, joints, what
-    each support holds, prescribed displacements and rotations, point masses, springs, bodies and
-    the nodes that they carry, elements whose stresses are recorded, and the velocity and spin at
-    the start.  Of many arrows a few are drawn, spread over what they act on.
+    Besides ``mesh_and_loads``: a colour for each group of elements, normals, folds, what each
+    support holds, prescribed displacements and rotations, point masses, springs, elements whose
+    stresses are recorded, and the velocity and spin at the start.  Of many arrows a few are drawn,
+    spread over what they act on.
 
     Args:
         model: ``Model`` of the case.
@@ -144,9 +140,8 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
 
     Returns:
         (Figure, DataFrame): rows as of ``mesh_and_loads``, and ``item`` = group (its ``name`` and
-        element), normal (x, y, z and nx, ny, nz), fold, hinge, spring and arm of a body (x, y, z of
-        either end), support (its node and the components held), mass, ground spring, spherical
-        joint and body (its node).
+        element), normal (x, y, z and nx, ny, nz), fold and spring (x, y, z of either end), support
+        (its node and the components held), mass and ground spring (its node).
     """
     mesh, corners = case.mesh(len(model.quads)), model.nodes[model.quads]
     drawn = arrows.thinned((*arrows.of_case(model, case), *arrows.of_motion(model, case),
@@ -155,19 +150,16 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     colours = _tints(groups)
     folds = fold_edges(model.nodes, model.quads, model.fold_angle, model.patches)
     at, normals = _normals(corners, arrows.on_surfaces(drawn))
-    hinges, spherical = _joints(model)
-    arms, bodies = _bodies(model)
-    marked = [*_held(model), *_attached(model), *spherical, *bodies]
+    marked = [*_held(model), *_attached(model)]
     springs = _springs(model)
     scene = _Scene(model, drawn, {**_points(case), **_probed(model, case)}, view, True,
                    np.stack([at, at + normals * SHORT * model.size], axis=1),
                    1 + len(groups) * (len(groups) > 1) + bool(len(folds)) + bool(len(springs))
-                   + bool(len(hinges)) + len(marked))
+                   + len(marked))
     scene.space.elements(corners[None], edge="0.4", line=0.4, array=number[None],
                          cmap=ListedColormap(colours), norm=Normalize(-0.5, len(colours) - 0.5))
     scene.lines(folds, BLACK)
-    scene.lines(hinges, HINGE)
-    scene.lines(arms, BLACK)
+    scene.symbols()
     scene.normals(at, normals)
     scene.springs(springs)
     scene.arrows()
@@ -178,12 +170,11 @@ def whole_model(model: Model, case: ModelFile, view: Angles = None):
     scene.key(scene.scale_rows() + (rows if len(groups) > 1 else []) + [
         _row(_line("0.35", 0.8, ">"), "normal of the elements"),
         *([_row(_line(BLACK, 1.6), "fold")] if len(folds) else []),
-        *([_row(_line(HINGE, 1.6), "hinge")] if len(hinges) else []),
         *([_row(_zigzag(), "spring")] if len(springs) else []),
         *(_row(_line(marks.colour, 0.0, marks.marker), marks.words) for marks in marked)
-    ] + scene.hollow_row())
+    ] + scene.symbol_rows() + scene.hollow_row())
     scene.names()
-    lines = {"fold": folds, "hinge": hinges, "spring": springs, "arm": arms}
+    lines = {"fold": folds, "spring": springs}
     return scene.figure, pd.concat([scene.table(), *_more(model, mesh, lines, at, normals, marked)],
                                    ignore_index=True)
 
@@ -199,12 +190,15 @@ class _Scene:
     def __init__(self, model, drawn, points, view, beside, further=(), rows=0):
         self.model, self.drawn, self.points = model, drawn, points
         self._corners = model.nodes[model.quads]
+        self._symbols = symbols_of(model)
+        self._places = self._symbols.at_first
         self._varying = [one for one in drawn if one.function and one.history.settled > 0.0]
         view = best_view(self._corners) if view is None else View(*view)
         self.scales = arrows.scales(model, drawn)
         self.ends = [arrows.ends(model, one, self.scales, view.eye) for one in drawn]
         self.covered = False
-        box = bounds(model.nodes, *self.ends, further)
+        box = bounds(model.nodes, *self.ends, further, self._places)
+        rows, beside = rows + len(self._symbols.totals), beside or bool(self._symbols)
         key = 0.3 + ROW * (len(self.scales) + rows)
         above = 1.7 if self._varying or not rows else 0.01
         height = max(0.5 + 0.72 * WIDTH * view.aspect(box), above + 0.2 + key)
@@ -245,6 +239,14 @@ class _Scene:
             self.space.axes.plot(*self.space.view(ends).T, color="0.5" if behind else colour,
                                  linewidth=0.7 if behind else 1.6, zorder=3, clip_on=False,
                                  linestyle=(0, (2, 1.5)) if behind else "-")
+
+    def symbols(self):
+        """Joints and rigid bodies."""
+        Drawing(self.space, self._symbols, self._places, self._hidden)
+
+    def symbol_rows(self):
+        """How joints and rigid bodies look, and how many there are."""
+        return [_row(_symbol(*KEYS[kind]), words) for kind, words in self._symbols.totals.items()]
 
     def springs(self, ends):
         """Springs between nodes (n, 2)."""
@@ -304,12 +306,15 @@ class _Scene:
 
     def names(self):
         """The names of what acts and of points, clear of all else."""
+        own = {"color": "0.15", "size": 7.0}
         named = [*arrows.names(self.space, self.drawn, self.ends), *(
+            (self._places[k], name, (1.0, 1.0), own) for k, name in self._symbols.names.items()), *(
             (point, name, (1.0, -1.0), {"color": BLUE, "weight": "bold"})
             for name, point in self.points.items())]
         self.space.names(
             [(point, shortened(name), *rest) for point, name, *rest in named],
             [(self.model.nodes, 0.5), *((arrows.middles(ends), 10.0) for ends in self.ends),
+             *((self._places[list(mark.points)], 100.0) for mark in self._symbols.marks),
              *((point, 200.0) for point in self.points.values())])
 
     def table(self):
@@ -323,6 +328,8 @@ class _Scene:
                                unit=one.unit, function=one.function))
         for name, point in self.points.items():
             parts.append(_rows("point", name, [point]))
+        for symbol in (*self._symbols.lines, *self._symbols.marks):
+            parts.append(_rows(symbol.item, symbol.name, self._places[list(symbol.points)]))
         for one in {one.function: one for one in self._varying}.values():
             parts.append(pd.DataFrame({"item": "function", "name": one.function, **dict(zip(
                 ("time", "value"), one.history.curve()))}))
@@ -431,36 +438,10 @@ def _attached(model):
         yield Marks(np.unique(held), "springs to the ground", TO_GROUND, "ground spring", SPRING)
 
 
-def _joints(model):
-    """(n, 2) nodes of the edges of hinges, and ``Marks`` of spherical joints."""
-    joints = getattr(model, "joints", ())
-    lines = [joint.nodes for joint in joints if isinstance(joint, Hinge)]
-    edges = [pair for line in lines for pair in zip(line[:-1], line[1:])]
-    points = [joint.nodes[0] for joint in joints if isinstance(joint, Spherical)]
-    marks = [Marks(np.array(points), "spherical joints", "o", "spherical joint", HINGE)]
-    return np.array(edges, dtype=int).reshape(-1, 2), marks if points else []
-
-
-def _bodies(model):
-    """(n, 2) nodes of bodies and those that they carry, and ``Marks`` of the bodies."""
-    bodies = getattr(model, "bodies", ())
-    own = [node for node, _ in model.body_masses] if bodies else []
-    arms = [(node, i) for node, body in zip(own, bodies) for i in body.nodes]
-    total = sum(body.mass for body in bodies)
-    marks = [Marks(np.array(own), f"bodies, {total:g} kg", "D", "body", BLACK)]
-    return np.array(arms, dtype=int).reshape(-1, 2), marks if bodies else []
-
-
 def _springs(model):
     """(n, 2) nodes at the ends of springs."""
     return np.array([(item.node, item.other) for item in model.attached
                      if isinstance(item, Spring)], dtype=int).reshape(-1, 2)
-
-
-def shortened(name):
-    """A name with its middle left out if it is too long."""
-    half = LONGEST_NAME // 2
-    return name if len(name) <= LONGEST_NAME else f"{name[:half - 1]}…{name[-half:]}"
 
 
 def _row(picture, words):
@@ -479,6 +460,22 @@ def _patch(colour):
 def _zigzag():
     area = DrawingArea(14.0, 7.0)
     area.add_artist(Line2D(*zigzag((0.0, 3.5), (14.0, 3.5), 2.0).T, color=SPRING, linewidth=0.9))
+    return area
+
+
+def _symbol(line, mark):
+    """A line and a mark of ``LOOKS``, one of which may be none."""
+    area = DrawingArea(14.0, 7.0)
+    if line:
+        look = LOOKS[line]
+        area.add_artist(Line2D((0.0, 14.0), (3.5, 3.5), color=look.colour, linewidth=look.width))
+    if mark:
+        look = LOOKS[mark]
+        foot = mark == "foot"
+        area.add_artist(Line2D(
+            (7.0,), (7.0 if foot else 3.5,), color=look.colour, linestyle="", marker=look.marker,
+            markersize=8.0 if foot else 0.9 * look.width, markeredgewidth=0.8,
+            markerfacecolor="none" if foot else "white" if look.hollow else look.colour))
     return area
 
 

@@ -12,6 +12,7 @@ from .recording import Recording
 from .scenes import Angles, instant
 from .space import Space, View, best_view, bounds
 from .style import WIDTH, styled
+from .symbols import Drawing
 
 
 @checked
@@ -35,11 +36,13 @@ def stress(recording: Recording, scale: float = 1.0, view: Angles = None, color:
     corners = recording.positions(scale)[-1:][:, recording.quads]
     colours = coloured(recording, color).at([-1])
     view = best_view(corners[0]) if view is None else View(*view)
-    box, colour_scale = bounds(corners), colours.scale
+    places = recording.symbol_places([-1], scale)
+    box, colour_scale = bounds(corners, places), colours.scale
     figure = Figure(figsize=(WIDTH, 0.9 + 0.75 * WIDTH * view.aspect(box)), layout="constrained")
     space = Space(figure.add_subplot(), view, box)
     space.elements(corners, array=colours.values, norm=colour_scale.norm, cmap=colour_scale.cmap,
                    line=0.12)
+    Drawing(space, recording.symbols, places[0], size=0.8)
     space.axes.set_title(instant(recording, recording.times[-1]))
     colours.bar(figure, colour_scale, space.axes, shrink=0.7, aspect=25)
     x, y, z = corners.reshape(-1, 3).T

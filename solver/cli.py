@@ -144,6 +144,7 @@ def run(model, elements, membrane, output, overwrite, resume, threads, as_json, 
     from .dynamics.settings import taking_part
     from .input.files import find_model, read_model
     from .input.running import ReadySteps
+    from .model.mechanism import summary
     from .results.files import RUN, writable_path
     from .runtime.provenance import body
     if resume and overwrite:
@@ -192,7 +193,8 @@ def run(model, elements, membrane, output, overwrite, resume, threads, as_json, 
                ("assembly", "factorization", "solve", "rest", "total")}
     show({"case": case, **({"static": of_static} if static else {}), "elements": steps.elements,
           "nodes": len(shell.nodes), "membrane": membrane,
-          "edges": shell.folds._asdict(), "body": body(shell), **taking_part(asdict(settings)),
+          "edges": shell.folds._asdict(), "body": body(shell), **summary(shell.mechanism),
+          **taking_part(asdict(settings)),
           "solver": result.solver,
           **_summary(result.history, shell.unloaded_at, result.supported),
           "output": output and str(output), "memory": result.memory,
@@ -216,9 +218,12 @@ def _refuse_settings(path):
 def _of_static(result, shell, output):
     """What ``run`` says of a static step."""
     import numpy as np
+
+    from .model.mechanism import summary
     largest = np.linalg.norm(result.displacement[-1], axis=1)
     return {
-        "elements": len(shell.quads), "nodes": len(shell.nodes), "load_factor": 1.0,
+        "elements": len(shell.quads), "nodes": len(shell.nodes), **summary(shell.mechanism),
+        "load_factor": 1.0,
         "strain_energy": float(result.strain_energy[-1]),
         "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
         "reaction": result.reactions[-1].sum(axis=0).tolist(),
@@ -291,15 +296,22 @@ def _settings(options, defaults, words):
 
 @cli.command()
 @click.argument("file", type=click.Path(dir_okay=False))
+@click.option("--energy", is_flag=True,
+              help="Also the energies of the last step by shell, body, joint, spring, loads.")
+@click.option("--csv", type=click.Path(dir_okay=False),
+              help="Write these energies of all steps to a file.")
+@click.option("--overwrite", is_flag=True, help="Replace that file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
-def info(file, as_json):
+def info(file, energy, csv, overwrite, as_json):
     """Summarise a result FILE of dynamics or statics, finished or not.
 
     \b
-    Example:
+    Examples:
       corovec info run.h5
+      corovec info run.h5 --energy --csv energies.csv
     """
     from .dynamics.settings import taking_part
+    from .model.mechanism import summary as joined
     from .results.reading import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
@@ -312,12 +324,43 @@ def info(file, as_json):
     summary = {
         "case": description["case"] or "own model",
         **{key: description[key] for key in ("elements", "nodes", "membrane", "shear")},
-        "edges": description["edges"], "body": description["body"],
+        "edges": description["edges"], "body": description["body"], **joined(description),
         **settings, "solver": description["solver"], "steps": contents["step"],
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome, "memory": contents["memory"],
         "versions": description["versions"], "machine": description["machine"]}
+    table = _energies(contents, file, csv, overwrite) if energy or csv else None
+    if energy and as_json:
+        summary["energies"] = table.to_dict("records")
     show(summary, as_json)
+    if energy and not as_json:
+        _show_energies(table, history)
+
+
+def _energies(contents, file, csv, overwrite):
+    """Energies of a run by item in its last step, those of all steps in a file ``csv``."""
+    from .dynamics.energies import energy_table
+    from .results.files import replacing, writable_path
+    if "factor" in contents["history"].dtype.names:
+        raise InputError(f"{printable(file)} is a static path, which has no energies by item")
+    if csv:
+        with replacing(writable_path(csv, overwrite)) as partial:
+            energy_table(contents).to_csv(partial, index=False)
+    return energy_table(contents, -1)
+
+
+def _show_energies(table, history):
+    """Print the table, the sum of it, and what is left over of that at the start."""
+    from .dynamics.energies import COLUMNS
+    from .dynamics.result import gained
+    rows = [(f"{row['item']} ({row['kind']})" if row["kind"] != row["item"] else row["item"],
+             [row[name] for name in COLUMNS]) for row in table.to_dict("records")]
+    rows.append(("sum", table[list(COLUMNS)].sum().tolist()))
+    width = max(22, *(len(item) for item, _ in rows))
+    click.echo(f"  {'energies [J]':<{width}}" + "".join(f"{name:>14}" for name in COLUMNS))
+    for item, values in rows:
+        click.echo(f"    {printable(item):<{width - 2}}" + "".join(f"{v:14.6g}" for v in values))
+    click.echo(f"  {'left over':<{width}}{gained(history)[0][-1]:14.6g}")
 
 
 class _Progress:
@@ -425,11 +468,19 @@ def show(summary, as_json):
     for key, value in summary.items():
         if value is None:
             continue
-        if isinstance(value, dict):
+        if key in ("joints", "bodies"):
+            text = printable(_words_of(key, value))
+        elif isinstance(value, dict):
             text = ", ".join(f"{k.replace('_', ' ')} {_number(v)}" for k, v in value.items())
         else:
             text = _number(value)
         click.echo(f"  {key.replace('_', ' '):<22} {text} {UNITS.get(key, '')}".rstrip())
+
+
+def _words_of(key, value):
+    """Joints or bodies of a summary in words."""
+    from .model.mechanism import words_of_bodies, words_of_joints
+    return {"joints": words_of_joints, "bodies": words_of_bodies}[key](value)
 
 
 def _number(value):

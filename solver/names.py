@@ -21,3 +21,13 @@ def listed(numbers, most=8):
     """The first of many ``numbers``, and how many there are: ``1, 2, 3 ... (40 in all)``."""
     rest = f" ... ({len(numbers)} in all)" if len(numbers) > most else ""
     return ", ".join(str(number) for number in numbers[:most]) + rest
+
+
+LONGEST_NAME = 26
+"""Letters of a name that leave room for a picture."""
+
+
+def shortened(name):
+    """A name with its middle left out if it is too long for a picture."""
+    half = LONGEST_NAME // 2
+    return name if len(name) <= LONGEST_NAME else f"{name[:half - 1]}…{name[-half:]}"

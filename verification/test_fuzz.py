@@ -15,8 +15,7 @@ from corovec.verification.fuzz.campaign import Fault, Target, campaign, once
 from corovec.verification.fuzz.targets import TARGETS
 
 SAMPLE = {"api": 300, "commands": 20, "models": 40, "shells": 100, "damage": 40, "edits": 25,
-          "kills": 1, "dynamics": 3, "exact": 3,
-          "statics": 25}
+          "kills": 1, "dynamics": 3, "exact": 3, "joints": 4, "statics": 25}
 """Tries of each target: a few seconds in all."""
 
 

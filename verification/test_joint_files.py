@@ -182,7 +182,7 @@ def test_a_run_has_what_joints_do(made, tmp_path):
     path.write_text(PANELS + text)
     told = json.loads(in_process("check", str(path), "--output", str(tmp_path / "a.svg"),
                                  "--json").stdout)
-    assert told["joints"] == {"root": "hinge", "joint 1": "spherical"}
+    assert told["joints"] == {"root": "hinge", "joint 1": "spherical joint"}
     assert told["probes"] == {"root": "joint root"}
     rows = (tmp_path / "a.csv").read_text()
     assert "hinge" in rows and "spherical joint" in rows
@@ -356,9 +356,11 @@ def test_a_run_with_a_body(made, tmp_path):
     path.write_text(WING + ROOT + '[probes]\nroot = { joint = "root" }\n')
     told = json.loads(in_process("check", str(path), "--output", str(tmp_path / "a.svg"),
                                  "--json").stdout)
-    assert told["joints"] == {"root": "revolute"} and told["bodies"] == {"hub": "20 kg, 3 nodes"}
+    assert told["joints"] == {"root": "revolute joint"}
+    assert told["bodies"] == {"hub": {"mass": 20.0, "nodes": 3}}
     rows = [line.split(",")[0] for line in (tmp_path / "a.csv").read_text().splitlines()]
-    assert rows.count("arm") == 6 and rows.count("body") == 1
+    assert rows.count("arm") == 2 * (3 + 1) and rows.count("body") == 1
+    assert rows.count("cuboid") == 2 * 12 and rows.count("ground") == 1
     output = tmp_path / "run.h5"
     done = corovec("run", str(path), "--scheme", "exact", "--output", str(output))
     assert done.returncode == 0, done.stderr

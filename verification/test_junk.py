@@ -49,6 +49,7 @@ def good(folder):
         **table,
         figures.energies: {**seen, "end": None},
         figures.momenta: {**seen, "end": None},
+        figures.energies_by_item: {"run": table[corovec.energy_table]["run"], "unloaded_at": 0.0},
         figures.probes: {**seen, "history": followed, "end": None},
         figures.total_energies: {"recordings": [recording]},
         figures.displacements: {"recordings": [recording], "points": {"a": (0.0, 0.0, 0.0)},
@@ -101,7 +102,7 @@ FITS = {
 """Parameters to which something of the table is no junk."""
 
 OWN = {*((corovec.FollowerForce, "force", kind) for kind in ("float", "negative")),
-       (corovec.RigidBody, "nodes", "empty")}
+       (corovec.RigidBody, "nodes", "empty"), (corovec.energy_table, "row", "negative")}
 """The same of one function, whose namesakes elsewhere are vectors, or not empty."""
 
 

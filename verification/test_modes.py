@@ -9,7 +9,9 @@ from corovec import (
     AccuracyWarning,
     Centrifugal,
     Configuration,
+    Hinge,
     InputError,
+    Model,
     NodalLoad,
     Pressure,
     ResultFileError,
@@ -20,7 +22,9 @@ from corovec import (
     Support,
     TimeFunction,
     arc_length,
+    block,
     buckling,
+    cut,
     load_control,
     modes,
     read,
@@ -343,3 +347,22 @@ def test_frequencies_of_thin_shells():
     x = factor.solve(b)
     assert negative == 0 and np.abs(factor.U.data).max() <= np.abs(A.data).max() * (1.0 + 1e-12)
     assert np.abs(A @ x - b).max() < 1e-15 * np.abs(A.data).max() * np.abs(x).max()
+
+
+def test_a_stiff_hinge_has_the_modes_of_the_plate_without_it():
+    """Its stiffness is none of the mass, and one of no stiffness lets the plate turn freely."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (8, 2))
+    opened, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+
+    def frequencies(mesh, joints=()):
+        held = Support(mesh.nodes_at(x=0.0), ("x", "y", "z", "px", "py", "pz"))
+        return modes(Model.of(mesh, 0.02, 1e8, 0.3, 300.0, joints=joints, supports=[held]),
+                     4).frequencies
+
+    whole = frequencies(mesh)
+    # bending moments along the hinge are spread by its length, not by the element's own shape
+    stiff = frequencies(opened, [Hinge(*sides, stiffness=1e8)])
+    np.testing.assert_allclose(stiff, whole, rtol=1e-3)
+    soft = frequencies(opened, [Hinge(*sides, stiffness=50.0)])
+    assert 0.5 * whole[0] < soft[0] < 0.95 * whole[0]
+    assert abs(frequencies(opened, [Hinge(*sides)])[0]) < 1e-4

@@ -349,6 +349,38 @@ def test_a_motor_turns_other_positively(ends, sense):
     np.testing.assert_allclose(told["it_force"][1:, :2], force, atol=2e-3)
 
 
+@pytest.mark.parametrize(("ends", "sense"), [(("ground", "body"), 1.0), (("body", "ground"), -1.0)])
+def test_slides_and_couples(ends, sense):
+    """A body on a slope of a rail beside it: it slides by g_x t^2/2, its weight across the rail is
+    carried by a force, and the moment of that about the rail by a couple on the body."""
+    body = RigidBody("body", 2.0, (0.3, 0.3, 0.3), (1.0, 0.4, 0.0))
+    told = probed_joint(body, Prismatic(*ends, (1.0, 0.0, 0.0), (1, 0, 0), name="it"),
+                        [Gravity((3.0, 0.0, -9.81))])
+    t = told["time"]
+    np.testing.assert_allclose(told["it_slide"], sense * 1.5 * t**2, atol=1e-12)
+    np.testing.assert_allclose(told["it_speed"][1:], np.diff(told["it_slide"]) / 0.01, atol=1e-12)
+    np.testing.assert_allclose(told["it_force"][1:], [[0.0, 0.0, 19.62]] * 20, atol=1e-9)
+    couple = -np.cross((0.0, 0.4, 0.0), (0.0, 0.0, -19.62))
+    np.testing.assert_allclose(told["it_couple"][1:], [couple] * 20, atol=1e-8)
+    assert not told["it_angle"].any() and not told["it_moment"].any()
+
+
+@pytest.mark.parametrize("kind", [Revolute, Cylindrical])
+def test_joints_without_a_moment_tell_their_angle(kind):
+    """A pendulum that swings freely through more than half a turn: its angle is that of its place,
+    by whole turns; it has no couple about its axis, and a force alone elsewhere."""
+    body = RigidBody("body", 2.0, (0.01, 0.01, 0.01), (1.5, 0.0, 0.0))
+    told = probed_joint(body, kind("ground", "body", (1.0, 0.0, 0.0), (0, 1, 0), name="it"),
+                        [Gravity((0, -0.0, -9.81)), Gravity((-4.0, 0.0, 0.0))], end_time=1.2)
+    place = told["body_u"] + (0.5, 0.0, 0.0)
+    angle = np.unwrap(np.arctan2(-place[:, 2], place[:, 0]))
+    np.testing.assert_allclose(told["it_angle"], angle, atol=1e-9)
+    assert told["it_angle"].max() > 3.3
+    np.testing.assert_allclose(told["it_rate"][1:], np.diff(told["it_angle"]) / 0.01, rtol=1e-9)
+    np.testing.assert_allclose(told["it_couple"], 0.0, atol=1e-7)
+    np.testing.assert_allclose(told["it_slide"], 0.0, atol=1e-12)
+
+
 def test_moment_of_a_drive():
     """A revolute joint whose angle grows as a t^2/2: its moment is I a, the angle is that."""
     body = RigidBody("body", 2.0, (0.3, 0.3, 0.4), (1.0, 0.0, 0.0))

@@ -394,7 +394,7 @@ def test_resumed(tmp_path):
     except KeyboardInterrupt:
         pass
     resumed = load_control(model, [1.0, 2.0, 3.0], output=file, resume=True)
-    for name in ("displacement", "joint_forces", "joint_moments", "joint_angles"):
+    for name in ("displacement", "joint_forces", "joint_moments", "joint_couples", "joint_angles"):
         np.testing.assert_allclose(getattr(resumed, name), getattr(whole, name), rtol=1e-9,
                                    atol=1e-9)
 

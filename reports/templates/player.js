@@ -76,6 +76,16 @@
     });
   }
 
+  // Lines or marks of one look of joints and bodies.
+  function symbolAt({points, mark}, of) {
+    return of.map(values => {
+      if (mark) return Float32Array.from(points, k => values[k]);
+      const out = new Float32Array(1.5 * points.length).fill(NaN);
+      points.forEach((k, n) => { out[3 * (n >> 1) + n % 2] = values[k]; });
+      return out;
+    });
+  }
+
   function densityAt(d, frame) {
     const out = new Float32Array(2 * d.elements);
     for (let e = 0; e < d.elements; e++)
@@ -132,7 +142,14 @@
         colorbar: {title: {text: "strain energy<br>density [J/m²]", font: {size: 11}},
           thickness: 10, len: 0.7, tickfont: {size: 10}, x: 1, xpad: 2}},
       {type: "scatter3d", mode: "lines", x: lines[0], y: lines[1], z: lines[2],
-        line: {color: "#4a4f57", width: 1}, hoverinfo: "skip", showlegend: false}];
+        line: {color: "#4a4f57", width: 1}, hoverinfo: "skip", showlegend: false},
+      ...d.symbols.map(symbol => {
+        const [x, y, z] = symbolAt(symbol, nodes);
+        return {type: "scatter3d", mode: symbol.mark ? "markers" : "lines", x, y, z,
+          line: {color: symbol.colour, width: 4 * symbol.width},
+          marker: {color: symbol.colour, size: symbol.width, symbol: symbol.mark ?? "circle"},
+          hoverinfo: "skip", showlegend: false};
+      })];
   }
 
   async function start(root) {
@@ -179,8 +196,10 @@
       const nodes = nodesAt(d, k, follow), lines = linesAt(d, nodes);
       drawing = true;
       const began = performance.now();
-      await Plotly.restyle(stage, {x: [nodes[0], lines[0]], y: [nodes[1], lines[1]],
-        z: [nodes[2], lines[2]], intensity: [densityAt(d, k), null]}, [0, 1]);
+      const all = [nodes, lines, ...d.symbols.map(symbol => symbolAt(symbol, nodes))];
+      await Plotly.restyle(stage, {x: all.map(of => of[0]), y: all.map(of => of[1]),
+        z: all.map(of => of[2]), intensity: all.map((_, n) => n ? null : densityAt(d, k))},
+        all.map((_, n) => n));
       drawing = false;
       ready = 2 * performance.now() - began;  // as long again for everything else
       stage.dataset.frame = k;

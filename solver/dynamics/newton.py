@@ -67,8 +67,8 @@ class StepRecord:
         indefinite: matrices with negative pivots; ``NOT_TOLD`` where the solver does not tell.
         impulses: ``Reactions`` times the length of the step; None of a shell without supports.
         loads: ``Resultant`` of the loads times the length of the step.
-        joints: (n_joints, 6) impulses of ``System.joints``, work of motors and servos, and what
-            dampers took [J], where it is asked for.
+        joints: (n_joints, 7) impulses of ``System.joints``, where they are asked for.
+        turned: (n_joints, 2) work of motors, servos and drives, and what dampers took [J].
         parts: of an adaptive step.
         rejected: parts that were taken back.
         local_error: the largest of a part [sizes of the shell].
@@ -82,6 +82,7 @@ class StepRecord:
     impulses: Reactions | None = None
     loads: Resultant = NOTHING
     joints: np.ndarray | float = 0.0
+    turned: np.ndarray | float = 0.0
     parts: int = 1
     rejected: int = 0
     local_error: float = 0.0
@@ -94,6 +95,7 @@ class StepRecord:
         self.switches += part.switches
         self.loads = self.loads.plus(part.loads, 1.0)
         self.joints = self.joints + part.joints
+        self.turned = self.turned + part.turned
         if part.impulses:
             self.impulses = part.impulses.plus(self.impulses, 1.0) if self.impulses else (
                 part.impulses)

@@ -13,13 +13,15 @@ from ..kernels.calls import Call
 from ..kernels.hinges import ANGLE
 from ..model.constants import in_surface, recovery
 from ..model.joints import Hinge, names_of
+from ..model.linkages import Cylindrical, Prismatic, Revolute
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
-from ..system.joints import Angle
+from ..system.joints import Angle, Relative
+from .energies import Energies, acts
 
 MOST_PROBES = 100
-"""Each takes 48 bytes a step, of stress 88, of a joint 72."""
+"""Each takes 48 bytes a step, of stress 88, of a joint 112."""
 
 
 def _place(name, value):
@@ -77,12 +79,15 @@ class EnergyProbe:
 
 @dataclass(frozen=True)
 class JointProbe:
-    """What a joint does: of a hinge or a revolute joint the ``angle`` [rad], its mean ``rate`` in
-    the step [rad/s], the ``moment`` of spring, damper, stops, latch and motor, or of the drive,
-    that turns it on [N m], the energy that is ``stored`` there [J], the ``work`` of its motor and
-    servo and what is ``lost`` in its dampers since t = 0 [J]; of any joint the ``force`` on the
-    plate of its ``nodes``, of a spherical one on the first node, of one with ends on ``other``, or
-    on ``one`` where that is the ground [N].  Forces and moments are means of the step.
+    """What a joint does: of a hinge, a revolute or a cylindrical joint the ``angle`` [rad] and its
+    mean ``rate`` in the step [rad/s]; of a cylindrical or prismatic one the ``slide`` of ``other``
+    along the axis [m] and its mean ``speed`` [m/s]; the ``moment`` of spring, damper, stops, latch
+    and motor, or of the drive, that turns it on [N m], the energy that is ``stored`` there [J], the
+    ``work`` of its motor, servo or drive and what is ``lost`` in its dampers since t = 0 [J]; of
+    any joint the ``force`` on the plate of its ``nodes``, of a spherical one on the first node, of
+    one with ends on ``other``, or on ``one`` where that is the ground [N], and on that its
+    ``couple``, all moments about its place, of moments about its axis too [N m].  Forces and
+    moments are means of the step.  What a joint does not have is zero.
 
     Attributes:
         joint: its name.
@@ -115,20 +120,23 @@ class Probes:
         row: type of a history row with their columns.
         joints: whether there are any of joints.
         description: what a result file says of them.
+        energies: ``Energies`` of single items, which are kept without being asked for.
     """
 
     def __init__(self, model, given):
         """``given``: nodes, places and probes by their names."""
         self._probes = {name: _made(model, f"probes: {name}", probe)
                         for name, probe in given.items()}
-        self.row = probed({name: probe.kind for name, probe in self._probes.items()})
+        self.energies = Energies(model)
+        self.row = probed({name: probe.kind for name, probe in self._probes.items()},
+                          self.energies.counts)
         self.description = {name: probe.told for name, probe in self._probes.items()}
         self.joints = any(probe.kind == "joint" for probe in self._probes.values())
         self._columns = []
 
     def attach(self, history):
         """Write to the rows of ``history`` from now on."""
-        size, self._columns = history.dtype.itemsize, []
+        size, self._columns, self._history = history.dtype.itemsize, [], history
         for name, probe in self._probes.items():
             columns = PROBES[probe.kind]
             first = history.dtype.fields[f"{name}{next(iter(columns))}"][1]
@@ -136,12 +144,15 @@ class Probes:
             self._columns.append((probe, np.ndarray((len(history), count), "f8", history, first,
                                                     (size, 8))))
 
-    def write(self, step, system, state, place, joints, dt):
-        """The columns of a step, of the ``state`` at its end and its ``place``; ``joints``: see
+    def write(self, step, system, state, place, record, dt):
+        """The columns of a step, of the ``state`` at its end and its ``place``; ``record``: its
         ``StepRecord``; dt: its length [s]."""
+        both = slice(max(step - 1, 0), step + 1)
+        if self.energies.names:
+            self.energies.write(self._history[both], system, state, place, record.turned)
         for probe, columns in self._columns:
             if probe.kind == "joint":
-                probe.write(columns[max(step - 1, 0):step + 1], system, state, place, joints, dt)
+                probe.write(columns[both], system, state, place, record, dt)
             else:
                 probe.write(columns[step], system, state, place)
 
@@ -253,19 +264,31 @@ class _Joint:
         self._number = names.index(choice(f"{name}: joint", probe.joint, tuple(names)))
         joint = model.joints[self._number]
         self._angle = Angle(model, joint) if isinstance(joint, Hinge) else None
+        acting = [k for k, other in enumerate(model.joints) if acts(other)]
+        self._relative = None
+        if isinstance(joint, (Revolute, Cylindrical, Prismatic)):
+            self._relative = Relative(model, joint)
+        self._place = acting.index(self._number) if self._number in acting else None
         self.told = {"joint": probe.joint}
 
-    def write(self, rows, system, state, place, joints, dt):
+    def write(self, rows, system, state, place, record, dt):
         """The last of ``rows``; before it stands that of the step before, if there is one."""
         row = rows[-1]
         if self._angle:
             last = rows[0, 0] if len(rows) == 2 else 0.0
             row[0] = self._angle(state, place.start.p, last)
-        elif np.any(at := system.turnings.joints == self._number):
-            row[0] = state.hinges[at, ANGLE][0]
+        elif self._place is not None:
+            row[0] = state.hinges[system.turnings.joints == self._number, ANGLE][0]
+        if self._relative:
+            angle, row[9] = self._relative(state, place.start.p,
+                                           rows[0, 0] if len(rows) == 2 else 0.0)
+            row[0] = row[0] if self._place is not None else angle
         if len(rows) == 2:
-            row[1] = (row[0] - rows[0, 0]) / dt
-            force_and_moment, done = joints[self._number, :4] / dt, joints[self._number, 4:]
-            row[2], row[3:6] = force_and_moment[3], force_and_moment[:3]
-            row[7:] = rows[0, 7:] + done
-        row[6] = system.turnings.energy_of(self._number, state)
+            row[1], row[10] = (row[0] - rows[0, 0]) / dt, (row[9] - rows[0, 9]) / dt
+            forces = record.joints[self._number] / dt
+            row[2], row[3:6], row[11:] = forces[3], forces[:3], forces[4:]
+            row[7:9] = rows[0, 7:9]
+            if self._place is not None:
+                row[7:9] += record.turned[self._number]
+        if self._place is not None:
+            row[6] = system.turnings.energies(state)[self._place]

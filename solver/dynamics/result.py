@@ -63,6 +63,8 @@ class Result:
         memory: most that this process has had at a time until the end of the run [MB], None if
             unknown.
         settings: ``Settings``.
+        items: ``{kind: names}`` of the joints, bodies and springs whose energies are kept, see
+            ``energy_table``.
     """
 
     history: np.ndarray
@@ -77,6 +79,7 @@ class Result:
     seconds: Seconds
     memory: float | None
     settings: Settings
+    items: dict = None
 
     def __repr__(self):
         last = self.history[-1]
@@ -105,7 +108,8 @@ class Result:
         [m/s]; of a ``StressProbe`` ``membrane_force`` (xx, yy, xy) [N/m], ``moment`` [N],
         ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
         ``EnergyProbe`` ``strain_energy`` [J]; of a ``JointProbe`` ``angle`` [rad], ``rate``
-        [rad/s], ``hinge_moment`` [N m], ``joint_force`` [N], ``stored``, ``work`` and ``lost`` [J].
+        [rad/s], ``hinge_moment`` [N m], ``joint_force`` [N], ``stored``, ``work`` and ``lost`` [J],
+        ``slide`` [m], ``speed`` [m/s] and ``couple`` [N m].
         """
         return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
                        PROBES[kind].items()}

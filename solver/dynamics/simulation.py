@@ -156,7 +156,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
-                  system.solver.name, seconds, peak_memory(), settings)
+                  system.solver.name, seconds, peak_memory(), settings, probes.energies.names)
 
 
 RARELY, LEAST, MOST = 2e6, 25, 200
@@ -203,7 +203,8 @@ class _Run:
         """Write to a new file, or take over the state of the one to be continued."""
         model, settings = self._system.model, self._settings
         description = describe(model, settings, self._system.solver.name, case,
-                               self._probes.description, self._start)
+                               self._probes.description, self._start,
+                               self._probes.energies.names)
         if resume and output.exists():
             self._recorder, self.done, rows = Recorder.resume(output, model, description,
                                                               self.state, settings.frame_steps)
@@ -255,7 +256,7 @@ class _Run:
         if record.impulses:
             row["reaction"] = record.impulses.force / self._settings.dt
             row["reaction_moment"] = record.impulses.moment / self._settings.dt
-        self._probes.write(step, self._system, self.state, self.place, record.joints,
+        self._probes.write(step, self._system, self.state, self.place, record,
                            self._settings.dt)
 
     def _frame(self, step, record):

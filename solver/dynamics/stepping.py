@@ -96,8 +96,7 @@ class Stepper:
             reactions = system.reactions(state, place, problem.step, problem.loads,
                                          problem.averaged)
             driven = system.work_of_supports(delta)
-        joints = self._joints and np.hstack([dt * system.joints(),
-                                             np.zeros((len(system.model.joints), 2))])
+        joints, done = self._joints and dt * system.joints(state, place), 0.0
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         work = self._work(problem, time, delta)
         if system.damping:
@@ -108,8 +107,10 @@ class Stepper:
         self._before.take(state)
         try:
             system.coordinates.accept(state, self._factors[dt][1], delta)
+            drives = None
             if system.linked:
-                work += system.linked.settle(state, delta, problem.loads.driven)
+                drives = system.linked.settle(state, delta, problem.loads.driven)
+                work += float(drives.sum())
             switches = system.coordinates.renew(state, dt)
             if system.turnings:
                 state.hinges[:, SLACK] = problem.loads.slacks
@@ -124,9 +125,9 @@ class Stepper:
             if system.turnings:
                 turned = system.turnings.turned(self._before, state, problem.loads.motors, dt)
                 work, lost = work + float(turned.work.sum()), lost + float(turned.lost.sum())
-                if self._joints:
-                    joints[:, 4:] = np.transpose([system.turnings.by_joint(values)
-                                                  for values in turned])
+                done = np.transpose([system.turnings.by_joint(values) for values in turned])
+                if drives is not None:
+                    done[system.linked.drives, 0] += drives
                 system.turnings.latch(state)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
@@ -140,7 +141,7 @@ class Stepper:
             system.observe(state, place)
             raise
         record.switches += switches
-        record.joints = record.joints + joints
+        record.joints, record.turned = record.joints + joints, record.turned + done
         record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))

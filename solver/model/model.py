@@ -58,7 +58,7 @@ from .directors import (
 from .inertia import mass_properties
 from .joints import (
     JOINTS,
-    Hinge,
+    Turning,
     check_axes,
     check_joints,
     check_velocities,
@@ -78,6 +78,7 @@ from .loads import (
     Pressure,
     Support,
 )
+from .mechanism import mechanism
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 from .nonconservative import Drag, FollowerForce, UserForce
@@ -504,18 +505,25 @@ class Model:
             GROUND in joint.ends for joint in self.linked)
 
     @property
+    def mechanism(self):
+        """Its joints and bodies as plain values, see ``mechanism``."""
+        return mechanism(self)
+
+    @property
     def linked(self):
         """Joints that take multipliers."""
         return [joint for joint in self.joints if isinstance(joint, LINKED)]
 
     @property
     def unloaded_at(self):
-        """Time from which no load acts any more and no motor or servo of a hinge moves it [s];
-        infinity if some never ends."""
-        hinges = [joint for joint in self.joints if isinstance(joint, Hinge)]
+        """Time from which no load acts any more and no motor, servo or drive of a joint moves it
+        [s]; infinity if some never ends."""
+        joints = [joint for joint in self.joints if isinstance(joint, Turning)]
         return max((*(load.history.end for load in self.loads),
-                    *(joint.history.end for joint in hinges if joint.torque),
-                    *(joint.turning.settled for joint in hinges if joint.stiffness)), default=0.0)
+                    *(joint.history.end for joint in joints if joint.torque),
+                    *(joint.turning.settled for joint in joints if joint.stiffness),
+                    *(joint.driving.settled for joint in joints if getattr(joint, "angle", None))),
+                   default=0.0)
 
     @cached_property
     def folds(self):

@@ -88,6 +88,32 @@ class _Body(_Strict):
     inertia: Annotated[list[_Vector], Field(min_length=3, max_length=3)]
 
 
+class _Carried(_Strict):
+    node: int | None
+    vector: _Vector
+    first: int = 0
+    directors: list[_Vector] = []
+
+
+class _Joint(_Strict):
+    name: str
+    kind: str
+    nodes: list[int] = []
+    ends: list[int | None] = []
+    points: list[_Carried] = []
+    axes: list[_Carried] = []
+
+
+class _RigidBody(_Strict):
+    name: str
+    mass: float
+    inertia: _Vector
+    axes: Annotated[list[_Vector], Field(min_length=3, max_length=3)]
+    nodes: list[int]
+    at: int
+    first: int
+
+
 class _Description(_Strict):
     case: str | None
     fingerprint: str
@@ -100,6 +126,8 @@ class _Description(_Strict):
     solver: str
     unloaded_at: Annotated[float, Field(ge=0.0, allow_inf_nan=True)]
     supported: bool
+    joints: list[_Joint]
+    bodies: list[_RigidBody]
     versions: _Versions
     machine: _Machine
 
@@ -122,6 +150,7 @@ class _Dynamics(_Description):
     settings: _Settings
     probes: dict[str, int | _StressProbe | _EnergyProbe | _JointProbe]
     start: str | None
+    energies: dict[str, list[str]]
 
 
 class _Statics(_Description):
@@ -137,17 +166,34 @@ def parsed(text, sizes):
     """
     description = json.loads(text)
     try:
-        (_Statics if sizes.static else _Dynamics).model_validate(description)
+        made = (_Statics if sizes.static else _Dynamics).model_validate(description)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, ("description", *first["loc"])))
         raise ValueError(f"{place}: {first['msg']}") from None
     if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
         raise ValueError("description is of another mesh")
+    _check_places(made, sizes)
     for place, told, there in (
             ("supported", description["supported"], sizes.supported),
             ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
-            ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes)))):
+            ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes))),
+            ("energies", {kind: len(names) for kind, names in
+                          description.get("energies", {}).items()}, dict(sizes.items))):
         if told != there:
             raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description
+
+
+def _check_places(description, sizes):
+    """Raise ValueError for joints and bodies at nodes and directors that are not there."""
+    carried = [one for joint in description.joints for one in (*joint.points, *joint.axes)]
+    nodes = [*(i for item in (*description.joints, *description.bodies) for i in item.nodes),
+             *(i for joint in description.joints for i in joint.ends if i is not None),
+             *(one.node for one in carried if one.node is not None),
+             *(body.at for body in description.bodies)]
+    firsts = [*((one.first, len(one.directors)) for one in carried),
+              *((body.first, 3) for body in description.bodies)]
+    if not all(0 <= i < sizes.nodes for i in nodes) or not all(
+            0 <= first <= sizes.directors - count for first, count in firsts):
+        raise ValueError("description has a joint or a body where there is no node")

@@ -29,7 +29,8 @@ Rows = Annotated[np.ndarray, rows_of]
 @checked
 def data_frame(history: Rows):
     """A history as a ``pandas.DataFrame``, a row a step: vectors become columns with ``_x``, ``_y``
-    and ``_z`` behind their names.
+    and ``_z`` behind their names, energies of single items (``joints.work``, see ``energy_table``)
+    with the numbers of these.
 
     Args:
         history: ``read(path)["history"]``, or that of a ``Result``; results have ``frame()``.
@@ -46,6 +47,7 @@ def table(columns):
     flat = {}
     for name, values in columns.items():
         parts = next((parts for end, parts in COMPONENTS.items() if name.endswith(end)), "xyz")
+        parts = range(values.shape[-1]) if "." in name else parts
         flat |= ({name: values} if values.ndim == 1 else
                  {f"{name}_{part}": values[:, k] for k, part in enumerate(parts)})
     return DataFrame(flat)

@@ -43,18 +43,35 @@ PROBES = {
     "energy": {"_strain_energy": ("strain_energy", ())},
     "joint": {"_angle": ("angle", ()), "_rate": ("rate", ()), "_moment": ("hinge_moment", ()),
               "_force": ("joint_force", (3,)), "_stored": ("stored", ()), "_work": ("work", ()),
-              "_lost": ("lost", ())}}
+              "_lost": ("lost", ()), "_slide": ("slide", ()), "_speed": ("speed", ()),
+              "_couple": ("couple", (3,))}}
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
+
+ITEMS = {"joints": ("stored", "work", "lost"), "bodies": ("kinetic",), "springs": ("stored",)}
+"""Energies of single items in a row of a run: of each joint that has a moment or is driven what is
+stored there, the work of its motor, servo or drive and what its dampers took, of each rigid body
+the kinetic one, of springs what is stored [J].  Columns have a dot in their names, as
+``joints.work``, and a number an item; nothing of a model without such items."""
 
 TIMES = "VTKHDF/Steps/Values"
 
 
-def probed(kinds):
-    """The type of a row of a run with probes, ``{name: kind}``."""
+def probed(kinds, items=()):
+    """The type of a row of a run with probes, ``{name: kind}``, and ``items``, ``(kind, number)``
+    of each of ``ITEMS`` that there are."""
     own = [(f"{name}{end}", "f8", shape)
            for name, kind in kinds.items() for end, (_, shape) in PROBES[kind].items()]
-    return np.dtype([*DYNAMICS.descr, *own])
+    each = [(f"{kind}.{what}", "f8", (number,))
+            for kind, number in items for what in ITEMS[kind]]
+    return np.dtype([*DYNAMICS.descr, *own, *each])
+
+
+def items_of(row):
+    """``(kind, number)`` of the items in a type of rows."""
+    firsts = {kind: f"{kind}.{what[0]}" for kind, what in ITEMS.items()}
+    return tuple((kind, row[first].shape[0]) for kind, first in firsts.items()
+                 if first in row.names)
 
 
 def probe_kinds(row):
@@ -68,6 +85,8 @@ def columns(row):
     """``{column: its place in a file}`` of a type of rows."""
     own = {f"{name}{end}": f"probes/{name}/{what}" for name, kind in probe_kinds(row).items()
            for end, (what, _) in PROBES[kind].items()}
+    own |= {f"{kind}.{what}": f"energies/{kind}/{what}"
+            for kind, _ in items_of(row) for what in ITEMS[kind]}
     return {name: own.get(name, f"history/{name}") for name in row.names}
 
 
@@ -81,6 +100,7 @@ class Sizes(NamedTuple):
         numbers: of a packed state.
         supported: whether frames have reactions; stresses: whether they have stresses.
         probes: ``(name, kind)`` of each.
+        items: ``(kind, number)`` of those whose energies are kept.
     """
 
     static: bool
@@ -93,11 +113,12 @@ class Sizes(NamedTuple):
     supported: bool
     stresses: bool
     probes: tuple = ()
+    items: tuple = ()
 
     @property
     def row(self):
         """Type of a history row."""
-        return STATICS if self.static else probed(dict(self.probes))
+        return STATICS if self.static else probed(dict(self.probes), self.items)
 
     @property
     def fields(self):
@@ -176,7 +197,8 @@ def checked_sizes(file):
     sizes = Sizes(static, nodes, rows("model/quads"), directors,
                   rows(f"history/{'factor' if static else 'time'}") - 1, frames, packed[-1],
                   "reaction" in framed, "von_mises" in framed,
-                  _probes(file) if "probes" in file else ())
+                  _probes(file) if "probes" in file else (),
+                  _items(file) if "energies" in file else ())
     for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
         _check(_stored(file, place), place, dtype, shape)
     times = _stored(file, TIMES, h5py.h5d.CHUNKED)
@@ -194,6 +216,14 @@ def _probes(file):
     return tuple((name, next((kind for what, kind in kinds.items()
                               if what in _own(file, f"probes/{name}")), "node"))
                  for name in _own(file, "probes"))
+
+
+def _items(file):
+    """``(kind, number)`` of the items whose energies are in a file."""
+    found = set(_own(file, "energies"))
+    shapes = {kind: _stored(file, f"energies/{kind}/{what[0]}").shape
+              for kind, what in ITEMS.items() if kind in found}
+    return tuple((kind, shape[-1] if shape else 0) for kind, shape in shapes.items())
 
 
 def _own(file, place):

@@ -15,9 +15,9 @@ from .files import reason, regular_file
 from .layout import TIMES, Sizes, checked_sizes, columns
 from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-7"
+FORMAT = "corovec-run-8"
 
-OLDER = tuple(f"corovec-run-{k}" for k in range(1, 7))
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, 8))
 
 
 @checked
@@ -28,7 +28,8 @@ def read(path: File):
     checkpoint or its frame is damaged, the one before counts, with a ``ResultFileWarning``.
 
     Returns:
-        dict: ``description`` (dict), ``step``, ``n_steps`` (there is room for), ``history``
+        dict: ``description`` (dict; ``joints`` and ``bodies`` in it tell of these), ``step``,
+        ``n_steps`` (there is room for), ``history``
         (structured array of step + 1 rows, a probe's columns being NAME_u and NAME_v),
         ``frame_steps`` (n,), ``displacement`` and ``normal`` (n, n_nodes, 3), ``director``
         (n, n_directors, 3), ``strain_energy`` (n, n_elem), of a shell with supports ``reaction``

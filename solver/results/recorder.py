@@ -12,6 +12,7 @@ of every history is the start):
 
 - ``/history/NAME`` (n_steps + 1, ...): see ``DYNAMICS`` and ``STATICS`` of ``layout``;
   ``/probes/NAME/WHAT`` (n_steps + 1, ...): of single places, see ``PROBES``;
+  ``/energies/KIND/WHAT`` (n_steps + 1, n): of joints, bodies and springs, see ``ITEMS``;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
   ``displacement``, (n_frames * n_elem, ...) of element values, frame after frame, all of them in
   ``Sizes.fields``;
@@ -40,7 +41,7 @@ from ..runtime.memory import peak_memory
 from .checkpoint import EMPTY, slot_of, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
-from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, probe_kinds
+from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, items_of, probe_kinds
 from .reading import FORMAT, load, opened
 from .vtkhdf import copy_times, make_view, show_frames
 
@@ -157,7 +158,8 @@ class Recorder:
         model = self.model
         sizes = Sizes(row == STATICS, len(model.nodes), len(model.quads), len(model.normals),
                       int(frame_steps[-1]), len(frame_steps), numbers,
-                      "reaction" in fields, "von_mises" in fields, tuple(probe_kinds(row).items()))
+                      "reaction" in fields, "von_mises" in fields, tuple(probe_kinds(row).items()),
+                      () if row == STATICS else items_of(row))
         with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
             claim(partial, _bytes(sizes) + len(self._text))

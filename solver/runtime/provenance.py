@@ -14,18 +14,20 @@ from urllib.request import url2pathname
 import numpy as np
 
 
-def describe(model, settings, solver, case=None, probes=None, start=None, **plan):
+def describe(model, settings, solver, case=None, probes=None, start=None, energies=None, **plan):
     """What a result file says of its run; a resumed run must agree but for versions and machine.
 
     ``probes``: nodes by name, of a run in time; ``start``: arrays of the configuration that it
-    starts from, if that is not the model's; ``plan``: what a static run is asked for, beside
-    its settings.
+    starts from, if that is not the model's; ``energies``: names of the items whose energies are
+    kept, by kind; ``plan``: what a static run is asked for, beside its settings.
     """
-    own = {} if probes is None else {"probes": probes, "start": digest(start)}
+    own = {} if probes is None else {"probes": probes, "start": digest(start),
+                                     "energies": energies or {}}
     return {"case": case, "fingerprint": fingerprint(model),
             "settings": {**plan, **asdict(settings)}, "nodes": len(model.nodes),
             "elements": len(model.quads), "edges": model.folds._asdict(),
-            "body": body(model), **own, "membrane": model.membrane, "shear": model.shear,
+            "body": body(model), **model.mechanism, **own,
+            "membrane": model.membrane, "shear": model.shear,
             "solver": solver, "unloaded_at": model.unloaded_at, "supported": model.grounded,
             "versions": versions(), "machine": machine()}
 

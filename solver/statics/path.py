@@ -94,9 +94,10 @@ class Path:
         equilibrium = self.equilibrium
         system, last = equilibrium.system, np.zeros(len(equilibrium.system.model.joints))
         if self._joints:
-            last = self._joints[-1][:, 4]
+            last = self._joints[-1][:, -1]
         angles = system.angles(equilibrium.state, equilibrium.place, last)
-        self._joints.append(np.column_stack([system.joints(), angles]))
+        self._joints.append(np.column_stack([
+            system.joints(equilibrium.state, equilibrium.place), angles]))
 
     def _take_joints(self):
         """The same of all rows of a file, which does not have them, and the multipliers there."""
@@ -115,7 +116,7 @@ class Path:
         equilibrium = self.equilibrium
         joints = np.array(self._joints[first:])
         return StaticResult(*self.rows.columns(first), joints[..., :3], joints[..., 3],
-                            joints[..., 4], tuple(equilibrium.works),
+                            joints[..., 4:7], joints[..., 7], tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock, peak_memory())
 

@@ -30,6 +30,7 @@ class LinearResult:
         balance: ``Balance`` of loads and reactions in their initial places.
         joint_forces: (n_joints, 3) as of ``StaticResult``.
         joint_moments: (n_joints,) the same.
+        joint_couples: (n_joints, 3) the same.
     """
 
     displacement: np.ndarray
@@ -40,6 +41,7 @@ class LinearResult:
     balance: Balance
     joint_forces: np.ndarray
     joint_moments: np.ndarray
+    joint_couples: np.ndarray
 
     def __iter__(self):
         return iter((self.displacement, self.change_of_normals))
@@ -81,6 +83,8 @@ class StaticResult:
             ``one`` where that is the ground [N].
         joint_moments: (n, n_joints) moments of springs, stops, motors and drives that turn joints
             on [N m].
+        joint_couples: (n, n_joints, 3) moments of joints with ends about their places, on the same
+            end as their forces [N m].
         joint_angles: (n, n_joints) of hinges, and of revolute joints whose angle takes part [rad].
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
@@ -105,6 +109,7 @@ class StaticResult:
     negative_pivots: np.ndarray
     joint_forces: np.ndarray
     joint_moments: np.ndarray
+    joint_couples: np.ndarray
     joint_angles: np.ndarray
     works: tuple
     solver: str

@@ -41,6 +41,12 @@ class Bodies:
         """Add their mass to a matrix."""
         values[storage.diagonal[self._dofs]] += iterate.step.mass * self._mass[:, None]
 
+    def kinetic(self, state, start):
+        """(n,) kinetic energy of each [J]."""
+        turns = self._spread[:, None] * start.p_dot**2
+        return 0.5 * (self._mass * np.sum(state.velocity[self._dofs]**2, axis=1)
+                      + turns[len(turns) - 3 * len(self.cells):].reshape(-1, 9).sum(axis=1))
+
     def observed(self, shell, state, start):
         """``arguments.Observation`` of the ``shell`` with these bodies."""
         at, m, I = self.cells[:, 0], self._mass[:, None], self._spread[:, None]

@@ -6,7 +6,10 @@ from scipy.sparse import coo_array
 from ..kernels import hinges
 from ..kernels.arguments import DONE
 from ..kernels.calls import Call
+from ..model.bodies import GROUND
 from ..model.joints import shares_of_edge
+from ..model.linkages import LINKED, Cylindrical, Prismatic, Revolute, RigidLink, Tie
+from ..model.mechanism import carried, moved, turns
 from .failure import NotConverged
 from .state import blank_state
 from .turning import nearest
@@ -31,6 +34,71 @@ class Angle:
     def _measured(self, state, p):
         self._angles(self._edges, self._directors, state.motion, p, self._found)
         return self._found - self._initial
+
+
+class Relative:
+    """How far ``other`` has moved against ``one`` by a joint with an axis: turned about it, slid
+    along it.
+
+    Attributes:
+        turns, slides: whether the joint lets it, and no moment follows the turn already.
+    """
+
+    def __init__(self, model, joint):
+        self._X, self._axis = model.nodes, np.array(joint.axis)
+        first = len(model.nodes) - len(model.bodies)
+        node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
+        self._ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]
+        smooth = [end is not None and np.diff(model.directors.first[end:end + 2])[0] == 1
+                  for end in self._ends]
+        self._at = [None if end is None else slice(*model.directors.first[end:end + 2].tolist())
+                    for end in self._ends]
+        self._normals = [None if at is None else model.normals[at] for at in self._at]
+        self._place = joint.place(model.nodes)
+        self._arms = [self._place if end is None else np.zeros(3) if single else
+                      self._place - model.nodes[end] for end, single in zip(self._ends, smooth)]
+        self._side = np.linalg.svd(self._axis[None])[2][1]  # at right angles to the axis
+        self.slides = isinstance(joint, (Cylindrical, Prismatic))
+        self.turns = isinstance(joint, (Cylindrical, Revolute)) and not any(smooth) and not (
+            isinstance(joint, Revolute) and joint.places)
+
+    def __call__(self, state, p, last):
+        """Angle [rad], within half a turn of the ``last``, and slide [m] at a state with normals
+        p."""
+        turned = [np.eye(3) if end is None else turns(initial, p[None, at])[0]
+                  for end, at, initial in zip(self._ends, self._at, self._normals)]
+        axis, side = turned[0] @ self._axis, turned[0] @ self._side
+        arm = turned[1] @ self._side
+        points = [turn @ arm + (0.0 if end is None else state.x[end] + state.x_low[end])
+                  for end, turn, arm in zip(self._ends, turned, self._arms)]
+        angle = np.arctan2(arm @ np.cross(axis, side), arm @ side)
+        return (float(nearest(angle, last)) if self.turns else 0.0,
+                float((points[1] - points[0]) @ axis) if self.slides else 0.0)
+
+
+class EndPlaces:
+    """Places of joints with ends, each on the end on which its force is told."""
+
+    def __init__(self, model):
+        own = {body.name: node for body, (node, _) in zip(model.bodies, model.body_masses)}
+        self._points = {}
+        for number, joint in enumerate(model.joints):
+            if isinstance(joint, Tie):
+                self._points[number] = [carried(model, i, model.nodes[i]) for i in joint.nodes]
+            elif isinstance(joint, LINKED):
+                side = 0 if joint.other == GROUND else 1
+                node = own.get(joint.ends[side], joint.ends[side])
+                at = (joint.at, joint.to)[side] if isinstance(joint, RigidLink) else (
+                    joint.place(model.nodes))
+                if node == joint.ends[side] or at is None:
+                    at = model.nodes[node]
+                self._points[number] = [carried(model, node, at)]
+
+    def __call__(self, positions, directors):
+        """``{number: (3,)}`` means of the places with positions (2, n_nodes, 3) of the nodes and
+        directors (2, n_directors, 3) [m]."""
+        return {number: np.mean([moved(point, positions, directors) for point in points],
+                                axis=(0, 1)) for number, points in self._points.items()}
 
 
 class JointForces:

@@ -138,9 +138,9 @@ class Multipliers(StepLinks):
                                missed)
 
     def settle(self, state, delta, driven):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints; the work
-        of the drives in it [J]."""
-        work = -self.forces[self._m:self._hard] @ (self._G_m[self._m:self._hard]
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
+        of the ``drives`` in it [J]."""
+        work = -self.forces[self._m:self._hard] * (self._G_m[self._m:self._hard]
                                                    @ delta[self.dofs])
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
@@ -148,7 +148,7 @@ class Multipliers(StepLinks):
         before, after = (solve_triangular(root.T, n, lower=False)
                          for root in (self._root, self._root_1))
         state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
-        return float(work + driven.before @ before[self._m:] - driven.after @ after[self._m:])
+        return work + driven.before * before[self._m:] - driven.after * after[self._m:]
 
 
 def inverse_mass(system, dofs, turning=True):

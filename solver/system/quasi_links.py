@@ -113,10 +113,10 @@ class QuasiLinks(ChartRows, StepLinks):
         return np.linalg.solve(self._G_1 @ self._mobile_0 @ self._impulse + self._root_1, missed)
 
     def settle(self, state, delta, driven):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints; the work
-        of the drives in it [J]."""
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
+        of the ``drives`` in it [J]."""
         drives = slice(self._m, self._hard)
-        work = -self.forces[drives] @ (self._G_m[drives] @ delta[self.dofs])
+        work = -self.forces[drives] * (self._G_m[drives] @ delta[self.dofs])
         self._at_state(state)
         self._mobile = self._mobilities(self._start.A1)
         n = self._rates_end(state.velocity[self.dofs], driven)
@@ -124,7 +124,7 @@ class QuasiLinks(ChartRows, StepLinks):
         state.velocity[:] -= self._coordinates.free(
             self._moved(self._mobile_0, self._G_0.T @ before)
             + self._moved(self._mobile, self._G_1.T @ after))
-        return float(work + driven.before @ before[self._m:] - driven.after @ after[self._m:])
+        return work + driven.before * before[self._m:] - driven.after * after[self._m:]
 
     def _impulses(self, n):
         """(hard,) multipliers of the rates at both ends."""

@@ -38,10 +38,17 @@ class AxialSprings:
 
     def energy(self, state):
         """``1/2 sum k (l - L)^2`` [J]."""
+        return 0.5 * float(self._stiffness @ self._longer(state)**2)
+
+    def energies(self, state):
+        """(n,) that of each."""
+        return 0.5 * self._stiffness * self._longer(state)**2
+
+    def _longer(self, state):
+        """(n,) ``l - L`` [m]."""
         x = state.x[self.cells[:, 1]] - state.x[self.cells[:, 0]]
         x += state.x_low[self.cells[:, 1]] - state.x_low[self.cells[:, 0]]
-        longer = np.linalg.norm(x, axis=1) - self._lengths
-        return 0.5 * float(self._stiffness @ longer**2)
+        return np.linalg.norm(x, axis=1) - self._lengths
 
 
 class GroundSprings:

@@ -45,6 +45,11 @@ class StepLinks(Linked):
         super().__init__(system, frames)
         self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
 
+    @property
+    def drives(self):
+        """Numbers of the joints that are driven."""
+        return self.owners[self._m:self._hard]
+
     def driven(self, begin, end, dt):
         """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
         ``value(history)`` a ``part`` of dt after its start and its end."""
@@ -63,7 +68,7 @@ class StepLinks(Linked):
         rates = self._G_0 @ state.velocity[self.dofs]
         sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
         rates[self._m:] -= driven.before
-        sizes[self._m:] += np.abs(driven.before)
+        sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
         missed = np.abs(rates) - RATES * sizes
         k = int(np.argmax(missed))
         if missed[k] > 0.0:

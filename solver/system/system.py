@@ -25,7 +25,7 @@ from .coordinates import Charts
 from .damping import Viscous
 from .driven import Driven
 from .failure import NotConverged
-from .joints import Hinges, JointForces
+from .joints import EndPlaces, Hinges, JointForces
 from .linear import UnsymmetricLU, make_solver, solve_mass
 from .loads import Applied, DeadLoads, Iterate, NormalCouples, at_time, check_acting, items
 from .numbering import number_dofs
@@ -101,6 +101,7 @@ class System:
         self.driven = Driven(model, self.numbering, self.coordinates)
         self._supported = Supported(model, self.numbering, fixed)
         self._joint_forces = JointForces(model, self._supported.joined)
+        self._end_places = EndPlaces(model)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
         unsymmetric = full_tangent and not self.all_dead
@@ -230,6 +231,17 @@ class System:
             place.observed = place.observed._replace(strain=place.observed.strain + stored)
         return place
 
+    def energies_of_springs(self, state, place, single=True):
+        """Energies of springs between nodes [J], of each or of all, and of those to the ground."""
+        found, ground = [], self._turning.energy(place.start.p)
+        for spring in self._springs:
+            if spring.grounded:
+                ground += spring.energy(state)
+            else:
+                found = [*spring.energies(state)] if single else [spring.energy(state)]
+        grounded = any(spring.grounded for spring in self._springs)
+        return [*found, ground] if grounded else found
+
     def predictions(self, used=True):
         """Room for ``arguments.Predicted`` strains."""
         n_elem, n_s = len(self.model.quads), self.elements.l.shape[1]
@@ -332,20 +344,24 @@ class System:
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
 
-    def joints(self):
-        """(n_joints, 4) force of every joint [N], on the plate of the first nodes, or as of
-        ``Multipliers.on``, and moment about its axis [N m], of the iterate that was assembled last.
-        """
-        found = np.zeros((len(self.model.joints), 4))
+    def joints(self, state, place):
+        """(n_joints, 7) force of every joint [N], on the plate of the first nodes, or as of
+        ``Multipliers.on``, moment about its axis and, of one with ends, moment about its place on
+        the same end [N m], of the iterate that was assembled last, of a step from ``state``."""
+        found = np.zeros((len(self.model.joints), 7))
         found[:, :3] = self._joint_forces(self._supported.of_joints(self.residual))
         if self.hinges:
             n = len(self.hinges.moments)
             found[:, 3] = np.bincount(self.turnings.joints[:n], self.hinges.moments, len(found))
         if self.linked:
+            x = state.x + state.x_low
+            places = self._end_places(np.stack([x, x + self.nodal.dx]),
+                                      np.stack([place.start.p, self.nodal.p_end]))
             found[:, 3] += self.linked.about_axes()
             owners = self.linked.owners
             for number in np.unique(owners[owners < len(found)]):
-                found[number, :3] = self.linked.on(number)[0]
+                found[number, :3], moment = self.linked.on(number)
+                found[number, 4:] = moment - np.cross(places[number], found[number, :3])
         return found
 
     def _moments_on_normals(self, place, averaged):
@@ -402,7 +418,7 @@ class System:
             item.add_matrix(self.dofs, iterate, values, next(storages), solver.values, solver.skew)
         for spring in self._springs:
             spring.add_matrix(self.dofs, iterate, next(storages), solver.values, solver.skew)
-        if self.hinges:
+        if self.hinges and step.stiffness:
             self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
         if self.bodies:
             self.bodies.add_matrix(self.solver.storage, iterate, solver.values)

@@ -29,6 +29,7 @@ class Turnings:
     Attributes:
         joints: (n,) number of the joint of each place.
         hinges: how many belong to hinges, the first ones.
+        numbers: of the joints that have places, ascending.
     """
 
     def __init__(self, model):
@@ -44,7 +45,9 @@ class Turnings:
         self.constants = np.array([_constants(model.joints[k], share) for k, share in zip(
             self.joints, self._shares)]).reshape(-1, 9)
         self._energy = Call(hinges.energy)
-        self._numbers, self._place_of = np.unique(self.joints, return_inverse=True)
+        self.numbers, first, self._place_of, count = np.unique(
+            self.joints, return_index=True, return_inverse=True, return_counts=True)
+        self._spans = [slice(k, k + n) for k, n in zip(first.tolist(), count.tolist())]
 
     def __bool__(self):
         return len(self.joints) > 0
@@ -59,7 +62,7 @@ class Turnings:
         return self._each(lambda joint: joint.rest and joint.rest * value(joint.turning))
 
     def _each(self, of):
-        values = [of(self._given[number]) for number in self._numbers]
+        values = [of(self._given[number]) for number in self.numbers]
         return np.array(values, dtype=float)[self._place_of]
 
     def latch(self, state):
@@ -86,10 +89,9 @@ class Turnings:
         """Sums (n_joints,) of values (n,) at places."""
         return np.bincount(self.joints, values, len(self._given))
 
-    def energy_of(self, number, state):
-        """Energy of springs, stops and latches of the joint ``number`` [J]."""
-        at = self.joints == number
-        return self._energy(self.constants[at], state.hinges[at])
+    def energies(self, state):
+        """Energy of springs, stops and latches of each of ``numbers`` [J]."""
+        return [self._energy(self.constants[at], state.hinges[at]) for at in self._spans]
 
 
 def nearest(angles, last):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .solver.compilation import warm_up
+    from .solver.dynamics.energies import energy_table
     from .solver.dynamics.probes import EnergyProbe, JointProbe, StressProbe
     from .solver.dynamics.result import Drift, Result, drift, total_energy
     from .solver.dynamics.scheme import Scheme
@@ -90,6 +91,7 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "compilation": ("warm_up",),
+    "dynamics.energies": ("energy_table",),
     "dynamics.probes": ("EnergyProbe", "JointProbe", "StressProbe"),
     "dynamics.result": ("Drift", "Result", "drift", "total_energy"),
     "dynamics.scheme": ("Scheme",),
@@ -132,15 +134,16 @@ _MODULE = {name: f"corovec.solver.{module}" for module, names in _WHERE.items() 
 __all__ = [
     "AccuracyWarning", "Ball", "Buckling", "Centrifugal", "Configuration", "Cut", "Cyclic",
     "Cylindrical", "Damping", "Drag", "Drift", "Drive", "EnergyProbe", "Expression",
-    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError", "JointProbe",
-    "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning", "Model",
-    "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass", "Pressure",
-    "Prismatic", "Result", "ResultFileError", "ResultFileWarning", "Revolute", "RigidBody",
-    "RigidLink", "Scheme", "Section", "Settings", "Spherical", "Spring", "StabilityWarning",
-    "StaticResult", "StaticSettings", "StepError", "Steps", "Strength", "StressProbe", "Stresses",
-    "Support", "Tie", "TimeFunction", "Universal", "UserForce", "arc_length", "block", "buckling",
-    "cut", "cylinder", "data_frame", "drift", "foundation", "join", "layer_stresses", "line_load",
-    "line_moment", "load_control", "modes", "orient", "read", "read_model", "read_time_function",
+    "FollowerForce", "Gravity", "GroundSpring", "Harmonic", "Hinge", "InputError",
+    "JointProbe", "Lamina", "Laminate", "LayerStresses", "LinearResult", "Mesh", "MeshWarning",
+    "Model", "ModelRun", "Modes", "Newton", "NodalLoad", "NodalMoment", "Ply", "PointMass",
+    "Pressure", "Prismatic", "Result", "ResultFileError", "ResultFileWarning", "Revolute",
+    "RigidBody", "RigidLink", "Scheme", "Section", "Settings", "Spherical", "Spring",
+    "StabilityWarning", "StaticResult", "StaticSettings", "StepError", "Steps", "Strength",
+    "StressProbe", "Stresses", "Support", "Tie", "TimeFunction", "Universal", "UserForce",
+    "arc_length", "block", "buckling", "cut", "cylinder", "data_frame", "drift",
+    "energy_table", "foundation", "join", "layer_stresses", "line_load", "line_moment",
+    "load_control", "modes", "orient", "read", "read_model", "read_time_function",
     "rigid_velocity", "run_model", "simulate", "solve_linear", "sphere", "sphere_segment",
     "stresses", "surface_load", "symmetry_plane", "total_energy", "warm_up",
 ]

@@ -52,7 +52,8 @@ def table(folder):
     """``{function: its good arguments}`` of what this suite may import; a dict of keywords each."""
     path, csv = folder / "run.h5", folder / "table.csv"
     csv.write_text("t,f\n0,0\n1,1\n")
-    history = simulate(PLATE, RUN, output=path).history
+    result = simulate(PLATE, RUN, output=path)
+    history = result.history
     NAMED.write(folder / "plate.inp", overwrite=True)
     held = rectangle(2.0, 1.0, (2, 1), loads=[NodalLoad(2, UP)], supports=[CLAMP])
     line = {"nodes": PLATE.nodes, "line": [0, 1, 2], "history": PUSH}
@@ -150,6 +151,7 @@ def table(folder):
         corovec.stresses: {"model": PLATE, "axes": UP[::-1], "state": corovec.Configuration(
             np.zeros((6, 3)), PLATE.normals)},
         corovec.total_energy: {"history": history},
+        corovec.energy_table: {"run": result, "row": -1},
         corovec.drift: {"history": history, "unloaded_at": 0.0, "supported": False},
         corovec.read: {"path": path},
         corovec.read_model: {"path": START},
