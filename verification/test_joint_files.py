@@ -26,6 +26,7 @@ from corovec import (
     block,
     join,
     read,
+    run_model,
     simulate,
 )
 from corovec.solver.input.files import read_model
@@ -253,6 +254,47 @@ def test_a_body_on_a_spring_is_the_model_in_python(made):
     assert told["root_angle"][-1] > 1e-3
     for name in told.dtype.names:
         assert np.array_equal(told[name], same[name]), name
+
+
+def test_a_static_step_with_joints(made):
+    """A servo and a motor are where they are at t = 0 in the static step, from which the motion
+    begins: it stays there until they move."""
+    definition = made("""
+[histories.late]
+times = [0.0, 0.06, 0.1]
+values = [0.3, 0.3, 1.0]
+[[joints]]
+kind = "revolute"
+name = "root"
+one = "ground"
+other = "hub"
+at = [0, 0, 0]
+axis = [0, 1, 0]
+stiffness = 400.0
+rest = 1.0
+turning = "late"
+[[loads]]
+name = "weight"
+gravity = [0, 0, -0.5]
+[[steps]]
+kind = "static"
+[[steps]]
+kind = "dynamic"
+scheme = "exact"
+dt = 0.02
+end_time = 0.1
+[probes]
+root = { joint = "root" }
+""", WING)
+    run = run_model(definition)
+    angle = run.static.joint_angles[-1, 0]
+    model = definition.model(8)
+    x = model.nodes[:, 0] + run.static.displacement[-1, :, 0]
+    assert 400.0 * (angle - 0.3) == pytest.approx(0.5 * model.nodal_mass @ x, rel=1e-6)
+    told = run.dynamic.history
+    np.testing.assert_allclose(told["root_angle"][:4], angle, atol=1e-9)
+    assert told["root_angle"][-1] > angle + 1e-3
+    np.testing.assert_allclose(told["root_force"][1], run.static.joint_forces[-1, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize(("text", "joint"), [

@@ -116,7 +116,7 @@ class ExactIteration(Iteration):
         if problem.driven is not None:
             delta = system.free(delta) + problem.driven
         if system.linked:
-            system.linked.begin(state)
+            system.linked.begin(state, problem.place.start)
         new = not (rule.keep and kept.serves(problem.step))
         differs = not system.linked  # multipliers change with every solution
         stale, made, fresh, slow = not new and kept.stale, -1, 0, self._slow and differs
@@ -146,7 +146,8 @@ class ExactIteration(Iteration):
             # how fast it converges, the slower of two ratios tells: rigid parts vanish at once
             ended = (ended and k > 1) or work * min(max(left, slower), 1.0) <= floor or (
                 fresh > 1 and left > STALLED and system.at_rounding(state, problem.step))
-            if k and ended and (not system.linked or system.linked.closed(observed.kinetic)):
+            if k and ended and (not system.linked or (
+                    system.linked.closed() and system.linked.settled(observed.kinetic))):
                 kept.stale = k - max(made, 0) > kept.patience
                 if slow:
                     self._slow = most > FEW_PRODUCTS

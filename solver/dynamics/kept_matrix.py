@@ -75,6 +75,7 @@ class KeptMatrix:
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for a step from ``state``."""
         self._step, self._number, self._carried = step, self._system.factorizations, False
+        self._columns = None
         self._keep(self._nodes, self._quads, state.motion, place.start, self._turning)
 
     def carry(self, state, place):
@@ -83,15 +84,42 @@ class KeptMatrix:
         self._carried = True
 
     def solve(self, residual):
-        """Correction for a residual, ``T K_0^-1 T^T r``; of a free shell with its exact mean."""
+        """Correction for a residual, ``T K_0^-1 T^T r``; of a free shell with its exact mean; with
+        the multipliers of constraints, whose columns ``K^-1 G_m^T`` are kept with the
+        factorization."""
+        linked = self._system.linked
+        if linked:
+            correction = self._with_multipliers(linked, residual)
+        else:
+            correction = self._solved(residual)
         if not self._carried:
-            return self._system.solver.solve(residual)
-        self._turn_back(self._nodes, self._turning, residual, self._turned)
-        correction = self._system.solver.solve(self._turned)
+            return correction
         self._turn_on(self._nodes, self._turning, correction)
         if self._free:
             self._balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
         return correction
+
+    def _with_multipliers(self, linked, residual):
+        if self._columns is None:
+            self._columns = np.stack([self._solved(column) for column in linked.columns()])
+        correction = self._solved(residual)
+        change = linked.split(self._turned_on(correction)[linked.dofs], np.stack(
+            [self._turned_on(column)[linked.dofs] for column in self._columns], axis=1))
+        return correction - change @ self._columns
+
+    def _solved(self, residual):
+        """``K_0^-1 T^T r``"""
+        if not self._carried:
+            return self._system.solver.solve(residual)
+        self._turn_back(self._nodes, self._turning, residual, self._turned)
+        return self._system.solver.solve(self._turned)
+
+    def _turned_on(self, correction):
+        """A copy in the present axes."""
+        turned = correction.copy()
+        if self._carried:
+            self._turn_on(self._nodes, self._turning, turned)
+        return turned
 
     def too_slow(self, k, work, wanted, left):
         """Whether the correction after the k-th needs its own matrix: this one has stalled, or
@@ -137,31 +165,3 @@ class TurnedMatrix(KeptMatrix):
     def carry(self, state, place):
         """Turn the factorization along with the nodes to the iterate that was assembled last."""
         self._carry(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)
-
-    def solve(self, residual):
-        """Correction for a residual, with the multipliers of constraints, whose columns ``K^-1
-        G_m^T`` are kept with the factorization."""
-        linked = self._system.linked
-        if not linked:
-            return super().solve(residual)
-        if self._columns is None:
-            self._columns = np.stack([self._solved(column) for column in linked.columns()])
-        correction = self._solved(residual)
-        change = linked.split(self._turned_on(correction)[linked.dofs], np.stack(
-            [self._turned_on(column)[linked.dofs] for column in self._columns], axis=1))
-        correction -= change @ self._columns
-        self._turn_on(self._nodes, self._turning, correction)
-        if self._free:
-            self._balance(self._nodes.start, self._mass, self._step.delta, residual, correction)
-        return correction
-
-    def _solved(self, residual):
-        """``K_0^-1 T_m^T r``"""
-        self._turn_back(self._nodes, self._turning, residual, self._turned)
-        return self._system.solver.solve(self._turned)
-
-    def _turned_on(self, correction):
-        """A copy in the present axes."""
-        turned = correction.copy()
-        self._turn_on(self._nodes, self._turning, turned)
-        return turned

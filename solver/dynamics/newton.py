@@ -205,6 +205,8 @@ class Iteration:
         new = not (rule.keep and kept.serves(problem.step))
         if not new:
             kept.carry(problem.state, problem.place)
+        if system.linked:
+            system.linked.begin(problem.state, problem.place.start)
         observed = problem.place.observed
         floor = system.roundoff_work(observed.kinetic)
         velocity = system.mean_velocity(observed) if at_rest else problem.state.velocity
@@ -235,7 +237,8 @@ class Iteration:
                 raise NotConverged("the matrix of an earlier step does not serve any more")
             delta = delta + correction
             wanted = _wanted(rule) * first
-            if k >= rule.least and (work <= floor or ends(rule, work, first, left, wanted, new)):
+            ended = work <= floor or ends(rule, work, first, left, wanted, new)
+            if k >= rule.least and ended and (not system.linked or system.linked.closed()):
                 if k - made > kept.patience:
                     kept.forget()
                 if system.inside(problem.state, problem.place, problem.step, delta):

@@ -24,6 +24,7 @@ from ..signatures import Count, File, checked
 from ..system.exact import ExactSystem
 from ..system.failure import told
 from ..system.loads import at_time
+from ..system.moving import MovingSystem
 from ..system.reactions import no_reactions
 from ..system.system import System
 from .adaptive import Adaptive
@@ -118,11 +119,18 @@ def _start(model, start):
     return found
 
 
+def _in_charts(model, scheme):
+    """The kind of system of a scheme that is not exact."""
+    joined = model.linked or model.bodies
+    return MovingSystem if joined and not scheme.uses_accelerations else System
+
+
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
               threads):
     scheme = settings.scheme
     system = (ExactSystem(model, settings.solver, threads=threads) if scheme.exact
-              else System(model, settings.solver, scheme.axes == "nodal", threads=threads))
+              else _in_charts(model, scheme)(model, settings.solver, scheme.axes == "nodal",
+                                             threads=threads))
     stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)

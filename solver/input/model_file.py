@@ -238,7 +238,7 @@ class ModelFile(Strict):
         springs: between two nodes.
         ground_springs: between nodes and the ground.
         foundations: elastic ones under elements.
-        bodies: rigid ones, of the scheme exact.
+        bodies: rigid ones.
         joints: hinges and spherical joints of plates, and joints of bodies, nodes and the ground.
         damping: of the shell.
         cyclic: the shell is one sector of many.
@@ -522,6 +522,14 @@ class ModelFile(Strict):
         functions = self._functions(rising=rising)
         return [item.made(mesh, functions) for _, item in self._listed("supports", "drives")]
 
+    def joints_on(self, elements, rising=False):
+        """Joints on the mesh with ``elements`` elements; ``rising`` as of ``loads_on``."""
+        return self._joints(self._opened(elements)[1], rising)
+
+    def _joints(self, places, rising):
+        functions = self._functions(rising=rising)
+        return [joint.made(at, functions) for joint, at in zip(self.joints, places)]
+
     def attached_on(self, mesh):
         """All that is attached to nodes."""
         return [one for _, item in self._listed(*ATTACHED) for one in item.made(mesh)]
@@ -562,13 +570,12 @@ class ModelFile(Strict):
             InputError: no such mesh, or as of ``Model``.
         """
         mesh, places = self._opened(elements)
-        functions = self._functions(rising=rising)
-        joints = [joint.made(at, functions) for joint, at in zip(self.joints, places)]
         values = {name: self._values(mesh, name) for name in PROPERTIES}
         shell = Model.of(mesh, loads=self.loads_on(mesh, load_factor, loads, rising),
                          supports=self.supports_on(mesh, rising), attached=self.attached_on(mesh),
                          damping=self.damping and self.damping.made(),
-                         cyclic=self.cyclic and self.cyclic.made(), joints=joints,
+                         cyclic=self.cyclic and self.cyclic.made(),
+                         joints=self._joints(places, rising),
                          bodies=[body.made(mesh) for body in self.bodies],
                          sections=self._sections(mesh), **values, **options)
         if self.motion is None:

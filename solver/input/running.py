@@ -56,7 +56,8 @@ class ReadySteps:
         if static and dynamic:  # the directors and element constants are those of one model
             mesh = definition.mesh(elements)
             self.static = model.under(definition.loads_on(mesh, names=static.loads, rising=True),
-                                      definition.supports_on(mesh, rising=True))
+                                      definition.supports_on(mesh, rising=True),
+                                      definition.joints_on(elements, rising=True))
         self.settings = settings if settings or not dynamic else dynamic.settings(
             frame_every=definition.output.frame_every, stresses=definition.output.stresses)
         if dynamic:

@@ -1,6 +1,6 @@
 """Rigid bodies: mass and inertia without elements, at reference nodes of their own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -104,6 +104,13 @@ def with_bodies(found, bodies):
     shell = found.first[:len(found.first) - len(bodies)]
     return Directors(np.concatenate([found.normals, axes]), np.concatenate([shell, n + own]),
                      found.vertices)
+
+
+def moved(bodies, nodes, normals):
+    """Bodies where ``nodes`` and ``normals`` of a state are."""
+    first, axes = len(nodes) - len(bodies), normals[len(normals) - 3 * len(bodies):]
+    return [replace(body, centre=nodes[first + k], axes=axes[3 * k:3 * k + 3])
+            for k, body in enumerate(bodies)]
 
 
 def spreads(bodies, n_directors):

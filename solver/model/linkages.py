@@ -111,7 +111,8 @@ class Revolute(_Axial, Turning):
 
     Attributes:
         angle: that the joint is driven by [rad]; None where it is free.
-        driving: ``FunctionOfTime`` that multiplies it, zero at t = 0.
+        driving: ``FunctionOfTime`` that multiplies it, in a motion where the shell is at t = 0;
+            of a static load factor, which a constant one rises with.
     """
 
     angle: float = None

@@ -112,13 +112,13 @@ class Model:
         supports: ``Support`` s and ``Drive`` s; none for a free-flying shell.
         attached: ``PointMass`` es, ``Spring`` s and ``GroundSpring`` s.
         joints: ``Hinge`` s and ``Spherical`` joints of plates that have nodes of their own there,
-            and joints of the scheme exact between bodies, nodes and the ground, see
+            and joints with multipliers between bodies, nodes and the ground, see
             ``model.linkages``.
             What a support holds of a joined node it holds of those that move with it: ``supports``
             has that too.
         damping: ``Damping``; None for none.
         sections: ``Section`` s, laminates instead of one material; they take ``membrane="stress"``.
-        bodies: ``RigidBody`` s, of the scheme exact; their centres are the last of ``nodes``.
+        bodies: ``RigidBody`` s; their centres are the last of ``nodes``.
         cyclic: ``Cyclic``, if the shell is one sector of many; None for a whole one.
         normals: (n_directors, 3) initial unit normals, or (n_elem, 4, 3) those of every element
             at its vertices, of which a director has the mean; left out, the mean of the element
@@ -257,16 +257,17 @@ class Model:
             raise InputError(f"{name} is missing{where}")
         return floats(name, values, (n,))
 
-    def under(self, loads, supports):
+    def under(self, loads, supports, joints=None):
         """The same model under other loads and supports, with the directors and element constants
-        of this one.
+        of this one, and with ``joints`` that differ by their functions of time alone.
 
         Raises:
             InputError: as of ``Model``, for these.
         """
         made = copy(self)
         put(made, loads=_items("loads", loads, LOADS), elements=self.elements,
-            supports=self._supports(supports))
+            supports=self._supports(supports),
+            joints=self.joints if joints is None else tuple(joints))
         for cached in ("_held", "oblique", "kept"):
             vars(made).pop(cached, None)
         made._check_loads()

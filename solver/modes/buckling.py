@@ -77,6 +77,9 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
                          "their own")
     if any(getattr(item, "turning", CONSTANT) != CONSTANT for item in model.supports):
         raise InputError("buckling needs drives without a function of time of their turning")
+    if any(getattr(joint, "driving", CONSTANT) != CONSTANT for joint in model.joints):
+        raise InputError("buckling needs joints that are driven without a function of time of "
+                         "their own")
     if model.heated and state is None:
         raise InputError("the sections are heated: give the state that heat alone brings about, "
                          "the row of load factor 0 of a path")
@@ -84,17 +87,20 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     equilibrium = Equilibrium(model, DEFAULT, start=start)
     system = equilibrium.system
     with told():
+        equilibrium.lean(factor)
         response = _response(equilibrium, factor)
-        system.solver = UnsymmetricLU(system.numbering)
+        system.take(UnsymmetricLU(system.numbering))
         equilibrium.assemble(factor)
         K = symmetric(system, free_matrix(system))
         held, negative = diagonal_lu(K)
     if negative:
         raise StepError(f"the state is unstable: its tangent has {negative} negative pivots")
-    if not np.any(response):
+    if not (np.any(response) or np.any(equilibrium.pull)):
         raise InputError("buckling needs a load that is not zero where no support holds")
     equilibrium.predict(response)
-    if not equilibrium.strained(response):
+    if system.linked:
+        system.linked.forces += equilibrium.pull
+    if not (equilibrium.strained(response) or np.any(equilibrium.pull)):
         raise InputError("the loads cause no stress: nothing can buckle")
     equilibrium.assemble(factor + 1.0, mixed=True)
     K_g = symmetric(system, free_matrix(system)) - K

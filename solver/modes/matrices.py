@@ -8,16 +8,16 @@ from ..kernels.arguments import MASS_ONLY, STATIC
 from ..system.linear import UnsymmetricLU
 from ..system.loads import unloaded
 from ..system.rounding import EPS, FEW
-from ..system.system import System
+from ..system.still import StillSystem
 
 NO_SKEW = 1e-12
 """Largest entry of a skew part beside that of the matrix that is rounding alone."""
 
 
 def sparse_system(model):
-    """``System`` whose matrices are sparse ones, with the skew part of the loads' stiffness."""
-    system = System(model)
-    system.solver = UnsymmetricLU(system.numbering)
+    """``StillSystem`` with sparse matrices, with the skew part of the loads' stiffness."""
+    system = StillSystem(model)
+    system.take(UnsymmetricLU(system.numbering))
     return system
 
 
@@ -27,6 +27,8 @@ def stiffness(system, state, place, loads):
     Warns:
         AccuracyWarning: the loads' stiffness has a skew part, or the state is no equilibrium.
     """
+    if system.linked:
+        system.lean(state, place, loads)
     K = _assembled(system, state, place, STATIC, loads)
     sizes, size = system.lengths, system.model.size
     left, *others = (np.abs(forces / sizes).sum() for forces in system.residual)
@@ -84,7 +86,10 @@ def rates_of_places(system, place):
 
 
 def free_basis(system):
-    """T (n_dof, n), sparse with orthonormal columns: ``dU = T dU_free`` of the free dofs."""
+    """T (n_dof, n), sparse: ``dU = T dU_free`` of the free dofs, in the state that was assembled
+    last where there are joints; without them its columns are orthonormal."""
+    if system.linked:
+        return system.linked.reduce()
     if system.coordinates.constraints:
         return system.coordinates.constraints.T
     return eye_array(system.numbering.n_dof, format="csr")[:, ~system.dofs.fixed]

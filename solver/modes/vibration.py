@@ -6,6 +6,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError
+from ..model.bodies import moved, spreads
 from ..model.inertia import mass_properties
 from ..model.loads import Centrifugal
 from ..model.model import Model
@@ -115,8 +116,8 @@ def modes(model: Model, n: Count = 10, state: object = None, factor: float = Non
         eigenvalues, vectors = lowest(K, M, n, _bending(model))
     u, q, energy = shape_fields(system, at, place, of_all(system, vectors))
     x, p = at.x + at.x_low, place.start.p
-    body = mass_properties(model.elements, x, p)
-    momenta = None if spins else _momenta(model.elements, x - body.centre, p, u, q)
+    body = mass_properties(model.elements, x, p, moved(model.bodies, x, p))
+    momenta = None if spins else _momenta(model, x - body.centre, p, u, q)
     return Modes(model, system.displacement(at), u, q, energy, eigenvalues, momenta, *body)
 
 
@@ -151,9 +152,10 @@ def _bending(model):
     return float(np.mean(wave)) / model.size**4
 
 
-def _momenta(elements, arms, p, displacement, directors):
+def _momenta(model, arms, p, displacement, directors):
     """(n, 6) ``sum_ij m_ij u_j + c_ij q_j`` and ``sum_ij r_i x (m_ij u_j + c_ij q_j) + p_i x (I_ij
     q_j + c_ij u_j)``."""
+    elements = model.elements
     m, rotary = elements.mass, elements.rotary
     u, q = displacement[:, elements.nodes], directors[:, elements.directors]
     of_u, of_q = np.einsum("eij,nejc->neic", m, u), np.einsum("eij,nejc->neic", rotary, q)
@@ -161,4 +163,10 @@ def _momenta(elements, arms, p, displacement, directors):
         of_u = of_u + np.einsum("eij,nejc->neic", elements.eccentric, q)
         of_q = of_q + np.einsum("eij,nejc->neic", elements.eccentric, u)
     turning = (np.cross(arms[elements.nodes], of_u) + np.cross(p[elements.directors], of_q))
-    return np.concatenate([of_u.sum(axis=(1, 2)), turning.sum(axis=(1, 2))], axis=1)
+    found = np.concatenate([of_u.sum(axis=(1, 2)), turning.sum(axis=(1, 2))], axis=1)
+    spread = spreads(model.bodies, len(p))[:, None]
+    found[:, 3:] += np.cross(p, spread * directors).sum(axis=1)
+    for i, own in model.body_masses:
+        found[:, :3] += own * displacement[:, i]
+        found[:, 3:] += np.cross(arms[i], own * displacement[:, i])
+    return found

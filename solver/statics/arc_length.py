@@ -61,6 +61,8 @@ def arc_length(model: Model, length: Positive, until: Callable,
         raise InputError("arc length needs loads without a history of their own")
     if any(isinstance(support, Drive) or support.displacement for support in model.supports):
         raise InputError("arc length cannot prescribe displacements")
+    if any(getattr(joint, "angle", None) is not None for joint in model.joints):
+        raise InputError("arc length cannot drive joints")
     output = output_path(output, overwrite, resume)
     path = Path(model, settings)
     arc = _Arc(path, settings)
@@ -120,29 +122,29 @@ class _Arc:
         Raises:
             NotConverged: why there is none; the state is as it was.
         """
-        state = self._equilibrium.state
-        backup = state.pack()
+        backup = self._equilibrium.backup()
         try:
             return self._iterate(factor, length, branch)
         except NotConverged:
-            state.unpack(backup)
+            self._equilibrium.restore(backup)
             raise
 
     def _iterate(self, factor, length, branch):
         equilibrium, taken = self._equilibrium, self._displacements
-        solver = equilibrium.system.solver
         moved = first = None
         equilibrium.works = []
         for k in range(1, self._settings.max_iterations + 1):
             load = equilibrium.unit_forces()
             correction = equilibrium.correction(factor, mixed=k > 1)
-            tangent = solver.solve(equilibrium.free(load))
+            pull = equilibrium.pull
+            tangent = equilibrium.response(load)
             if k == 1:
                 # predictor along the tangent, onwards, or along the weakest shape
                 rising = self._onwards(tangent)
                 size = length / np.linalg.norm(tangent[taken])
                 change = 0.0 if branch else size if rising else -size
                 correction = length * self._weakest() if branch else change * tangent
+                pull = 0.0
                 moved = correction[taken].copy()
                 first = size**2 * abs(float(load @ tangent))
                 equilibrium.works.append(first)
@@ -154,7 +156,7 @@ class _Arc:
                 correction = correction + change * tangent
                 moved += correction[taken]
             factor += change
-            equilibrium.move(correction)
+            equilibrium.move(correction, pull + change * equilibrium.pull)
             if equilibrium.converged(k, first):
                 self.turned = rising is not bool(moved @ tangent[taken] >= 0.0)
                 return k, factor

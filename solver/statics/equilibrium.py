@@ -19,7 +19,7 @@ from ..system.failure import NotConverged
 from ..system.loads import at_factor
 from ..system.reactions import static_balance
 from ..system.rounding import judge
-from ..system.system import System
+from ..system.still import StillSystem
 from .held import check_held
 from .settings import StaticSettings
 
@@ -35,12 +35,14 @@ class Equilibrium:
 
     Attributes:
         settings: ``StaticSettings``.
-        system: ``System``, with the full tangent of loads that follow the shell.
+        system: ``StillSystem``, with the full tangent of loads that follow the shell.
         state: ``State``.
         place: ``Place`` of the last iterate.
         works: works of the corrections of the last step, first to last.
         pivots: number of negative pivots of every matrix since it was last emptied; None where the
             solver does not tell.
+        pull: changes of the multipliers of joints by the last correction that was solved for; zero
+            without any.
     """
 
     def __init__(self, model, settings, geometric=True, start=None):
@@ -49,15 +51,15 @@ class Equilibrium:
         that of the model."""
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
-        self.system = System(model, settings.solver, full_tangent=True)
+        self.system = StillSystem(model, settings.solver, full_tangent=True)
         self.state = self.system.start(start)
         self.place = self.system.observe(self.state)
         self._held_back = self.place.observed.strain if model.heated else 0.0
-        self.works, self.pivots = [], []
+        self.works, self.pivots, self.pull = [], [], 0.0
         self._geometric = geometric
         self._predictions = self.system.predictions()
         self._zero = np.zeros(self.system.numbering.n_dof)
-        check_held(model)
+        check_held(model, self.system.linked)
 
     def free(self, vector):
         """``vector`` without what supports hold of it."""
@@ -69,13 +71,38 @@ class Equilibrium:
         Raises:
             NotConverged: why it did not get there; the state is as it was.
         """
-        backup = self.state.pack()
+        backup = self.backup()
         self.works = []
         try:
             return self._iterate(goal)
         except NotConverged:
-            self.state.unpack(backup)
+            self.restore(backup)
             raise
+
+    def backup(self):
+        """What ``restore`` takes back."""
+        linked = self.system.linked
+        return self.state.pack(), linked and linked.forces.copy()
+
+    def restore(self, backup):
+        """Take back what has been done since."""
+        packed, forces = backup
+        self.state.unpack(packed)
+        if self.system.linked:
+            self.system.linked.forces[:] = forces
+
+    def take(self, configuration):
+        """Become the state of a ``Configuration``."""
+        hinges = self.state.hinges.copy()
+        system = self.system
+        self.state.take(system.coordinates.initial_state(system.model, configuration))
+        self.state.hinges[:] = hinges
+
+    def lean(self, factor):
+        """Take the multipliers of joints from the state at a load factor."""
+        if self.system.linked:
+            self.system.observe(self.state, self.place)
+            self.system.lean(self.state, self.place, self.system.loads_by(at_factor(factor)))
 
     def warm(self):
         """Move to the equilibrium of a heated shell without loads; heat that is too much for one
@@ -109,7 +136,7 @@ class Equilibrium:
             self.works.append(self.work(correction))
             if not np.isfinite(self.works[-1]):
                 raise NotConverged("the iteration diverges")
-            self.move(correction)
+            self.move(correction, self.pull)
             mixed = True
             if pushed is None and self.converged(k, max(self.works)):
                 return k
@@ -144,6 +171,8 @@ class Equilibrium:
         """
         last, strain = self.works[-1], max(self.place.observed.strain, self._held_back)
         first = min(first, max(self.works[0], strain))
+        if self.system.linked and not self.system.linked.closed():
+            return False
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
             # of a small increment few digits serve
             judge(math.sqrt(last / max(first, strain)),
@@ -168,6 +197,7 @@ class Equilibrium:
         system = self.system
         self.assemble(factor, tangent=stiffness_at is None)
         residual = system.residual.balance.copy()
+        missed = system.linked and system.linked.off.copy()
         if np.any(pushed):
             fraction = PUSH * system.model.size / np.abs(pushed).max()
             forces = system.residual.unmasked.copy()
@@ -177,7 +207,8 @@ class Equilibrium:
         if stiffness_at is not None:
             self.assemble(stiffness_at)
         self._factorize()
-        return system.solver.solve(residual) + pushed
+        correction, self.pull = system.solve(residual, pushed, missed)
+        return correction + pushed
 
     def assemble(self, factor, mixed=False, tangent=True):
         """Residual, and matrix if wanted, of the state; ``mixed``: with predicted stresses."""
@@ -199,23 +230,34 @@ class Equilibrium:
         """``Resultant`` of the loads and ``Balance`` of the state, as ``reactions``."""
         system, applied = self.system, self.system.loads_by(at_factor(factor))
         loads = system.resultant_of_loads(self.state, STATIC, self._zero, applied)
-        nodal = system.residual.applied[system.translations]
+        nodal = system.acting(applied)[system.translations]
         return loads, static_balance(self.state.x, loads, nodal, reactions)
 
     def correction(self, factor, mixed):
         """The correction of the state under the loads of a factor."""
         self.assemble(factor, mixed)
         self._factorize()
-        return self.system.solver.solve(self.system.residual.balance)
+        return self._solved(self.system.residual.balance,
+                            self.system.linked and self.system.linked.off)
 
-    def move(self, correction):
-        """Apply a correction, scaled down if it turns a normal by more than ``LARGEST_TURN``; its
-        linear part is the stress of the next tangent."""
+    def response(self, load):
+        """The linear response (n_dof,) to a load, by the matrix of the last correction."""
+        return self._solved(self.free(load))
+
+    def _solved(self, residual, missed=None):
+        correction, self.pull = self.system.solve(residual, missed=missed)
+        return correction
+
+    def move(self, correction, pull):
+        """Apply a correction, scaled down if it turns a normal by more than ``LARGEST_TURN``, with
+        its ``pull``; its linear part is the stress of the next tangent."""
         system, start = self.system, self.place.start
         turn = system.coordinates.largest_turn(start, correction)
         if turn > LARGEST_TURN:
             correction = LARGEST_TURN / turn * correction
         self.predict(correction)
+        if system.linked:
+            system.linked.forces += pull
         system.coordinates.correct(self.state, start, correction)
 
     def predict(self, correction):

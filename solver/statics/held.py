@@ -19,9 +19,9 @@ MOST_PARTS = 200
 is found by its pivots."""
 
 
-def check_held(model):
-    """Every part of the shell must be held against its six rigid motions, by supports and by joints
-    with others that are."""
+def check_held(model, linked=None):
+    """Every part of the shell, and every body, must be held against its six rigid motions, by
+    supports and by joints with others that are; ``linked``: ``StillLinks``, if there are any."""
     n_nodes, quads, fixed = len(model.nodes), model.quads, model.fixed
     links = coo_array((np.ones(quads.size), (np.repeat(quads[:, 0], 4), quads.ravel())),
                       shape=(n_nodes, n_nodes))
@@ -29,22 +29,23 @@ def check_held(model):
     fixed = fixed | _sprung(model)
     joined = {part[node] for item in model.attached if isinstance(item, Spring)
               and part[item.node] != part[item.other] for node in (item.node, item.other)}
-    for group in _groups(model, part, n_parts):
+    for group in _groups(model, part, n_parts, linked):
         # a mechanism on springs is found by its pivots
         if not joined.intersection(group) and len(group) <= MOST_PARTS:
-            _check_group(model, fixed, part, group)
+            _check_group(model, fixed, part, group, linked)
 
 
-def _groups(model, part, n_parts):
+def _groups(model, part, n_parts, linked):
     """Arrays of parts that joints connect."""
-    pairs = np.concatenate([np.zeros((0, 2), dtype=int),
-                            *(part[joint.tied] for joint in model.joints)])
+    pairs = [np.zeros((0, 2), dtype=int), *(part[joint.tied] for joint in model.joints)]
+    pairs += [part[[nodes[:-1], nodes[1:]]].T for nodes in (linked.sides() if linked else ())]
+    pairs = np.concatenate(pairs)
     links = coo_array((np.ones(len(pairs)), pairs.T), shape=(n_parts, n_parts))
     n_groups, group = connected_components(links, directed=False)
     return [np.flatnonzero(group == k) for k in range(n_groups)]
 
 
-def _check_group(model, fixed, part, group):
+def _check_group(model, fixed, part, group, linked):
     """Parts that joints connect, or a single one."""
     column = {k: slice(6 * n, 6 * n + 6) for n, k in enumerate(group.tolist())}
     nodes = {k: np.flatnonzero(part == k) for k in column}
@@ -57,23 +58,63 @@ def _check_group(model, fixed, part, group):
     for joint in model.joints:
         if len(joint.tied) and part[joint.tied[0, 0]] in column:
             rows.append(_joined_motions(model, joint, part, column, centres))
+    if linked:
+        rows.append(_linked_motions(model, linked, part, column, centres))
     _, sizes, motions = np.linalg.svd(np.concatenate(rows))
     free = motions[np.count_nonzero(sizes > HELD):]
     if not len(free):
         return
     counted = "1 rigid motion" if len(free) == 1 else f"{len(free)} rigid motions"
     if len(group) == 1:
-        which = "the shell" if part.max() == 0 else f"the part with node {nodes[group[0]][0]}"
+        which = "the shell" if part.max() == 0 else _name(model, nodes[group[0]])
         raise InputError(f"the supports leave {counted} of {which} free, {_told(free)}: hold "
-                         "it by a Support, as in supports=[Support(nodes, components)]")
-    moving = []
+                         "it by a Support, as in supports=[Support(nodes, components)]"
+                         f"{_others(linked, nodes[group[0]])}")
+    moving, of = [], []
     for k, at in column.items():
         _, sizes, own = np.linalg.svd(free[:, at])
         if np.any(sizes > HELD):
-            moving.append(f"of the part with node {nodes[k][0]} {_told(own[:sum(sizes > HELD)])}")
+            moving.append(f"of {_name(model, nodes[k])} {_told(own[:sum(sizes > HELD)])}")
+            of.extend(nodes[k].tolist())
     more = f"; and of {len(moving) - MOST_TOLD} parts more" if len(moving) > MOST_TOLD else ""
     raise InputError(f"supports and joints leave {counted} free: {'; '.join(moving[:MOST_TOLD])}"
-                     f"{more}: hold them by a Support, or a Hinge by its stiffness")
+                     f"{more}: {_advice(linked, of)}")
+
+
+def _advice(linked, moving):
+    """What to do, with the joints of nodes that move."""
+    others = _others(linked, moving)
+    kinds = "a Hinge or Revolute" if others else "a Hinge"
+    return f"hold them by a Support, or {kinds} by its stiffness{others}"
+
+
+def _others(linked, moving):
+    """Which joints let nodes move, as an end of a sentence."""
+    joints = linked.joints_of(moving) if linked else []
+    more = " and others" if len(joints) > MOST_TOLD else ""
+    if not joints:
+        return ""
+    return f", or take joints that hold more than {', '.join(joints[:MOST_TOLD])}{more}"
+
+
+def _name(model, nodes):
+    """A part, by a node or as a body."""
+    body = nodes[0] - (len(model.nodes) - len(model.bodies))
+    return f"body {model.bodies[body].name}" if body >= 0 else f"the part with node {nodes[0]}"
+
+
+def _linked_motions(model, linked, part, column, centres):
+    """What joints with multipliers, and springs in them, hold of the motions of their parts."""
+    rows = linked.holds()
+    found = np.zeros((len(rows), 6 * len(column)))
+    for i, on_place, on_turn in linked.at_nodes(rows):
+        if part[i] not in column:
+            continue
+        arm = (model.nodes[i] - centres[part[i]]) / model.size
+        found[:, column[part[i]]] += np.hstack(
+            [on_place, np.cross(arm, on_place) + on_turn / model.size])
+    sizes = np.linalg.norm(found, axis=1, keepdims=True)
+    return found[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
 
 
 def _joined_motions(model, joint, part, column, centres):

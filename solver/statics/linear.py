@@ -59,9 +59,12 @@ def solve_linear(model: Model, solver="skyline"):
     displacement = solution[system.translations]
     change = system.coordinates.change_of_directors(equilibrium.place.start, solution)
     _residual(equilibrium, solution)
+    system.hold()
+    joints = system.joints(equilibrium.state, equilibrium.place)
     reactions = equilibrium.reactions(1.0)
     return LinearResult(displacement, change[model.directors.first[:-1]], change, reactions.forces,
-                        reactions.moments, equilibrium.balance(1.0, reactions)[1])
+                        reactions.moments, equilibrium.balance(1.0, reactions)[1],
+                        joints[:, :3], joints[:, 3], joints[:, 4:])
 
 
 def _refine(equilibrium, solution):

@@ -28,6 +28,7 @@ class Path:
 
     def __init__(self, model, settings):
         self.equilibrium = Equilibrium(model, settings)
+        self._joints = []
         self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
@@ -52,6 +53,7 @@ class Path:
             description = describe(system.model, self._settings, system.solver.name, **plan)
             if resume and output.exists():
                 self.rows.resume(output, description)
+                self._take_joints()
                 return
         if system.model.heated:
             self.equilibrium.warm()
@@ -70,7 +72,9 @@ class Path:
             turned: whether the load turned round since the row before.
         """
         equilibrium = self.equilibrium
+        equilibrium.lean(factor)
         equilibrium.assemble(factor, tangent=False)
+        self._append_joints()
         reactions = equilibrium.reactions(factor)
         loads, left = equilibrium.balance(factor, reactions)
         if len(self.rows):
@@ -85,10 +89,34 @@ class Path:
                           next_step),
                          reactions, shown)
 
+    def _append_joints(self):
+        """Forces, moments and angles of joints in the state that was assembled last."""
+        equilibrium = self.equilibrium
+        system, last = equilibrium.system, np.zeros(len(equilibrium.system.model.joints))
+        if self._joints:
+            last = self._joints[-1][:, -1]
+        angles = system.angles(equilibrium.state, equilibrium.place, last)
+        self._joints.append(np.column_stack([
+            system.joints(equilibrium.state, equilibrium.place), angles]))
+
+    def _take_joints(self):
+        """The same of all rows of a file, which does not have them, and the multipliers there."""
+        equilibrium = self.equilibrium
+        reached = equilibrium.state.pack()
+        for k, factor in enumerate(self.rows.factors):
+            equilibrium.take(self.rows.configuration(k))
+            equilibrium.lean(factor)
+            equilibrium.assemble(factor, tangent=False)
+            self._append_joints()
+        equilibrium.state.unpack(reached)
+        equilibrium.lean(factor)
+
     def result(self, first):
         """``StaticResult`` of the rows from ``first`` on."""
         equilibrium = self.equilibrium
-        return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
+        joints = np.array(self._joints[first:])
+        return StaticResult(*self.rows.columns(first), joints[..., :3], joints[..., 3],
+                            joints[..., 4:7], joints[..., 7], tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock, peak_memory())
 
@@ -112,10 +140,10 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        springs = self._sum(system.inner_forces)
-        largest = max(applied, unmasked, springs, self._heat)
+        inner, sprung = self._sum(system.inner_forces), np.any(system.of_springs())
+        largest = max(applied, unmasked, inner, self._heat)
         moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
-        if left > FEW * largest and not (moved and springs == 0.0 and not self._loaded(factor)):
+        if left > FEW * largest and not (moved and not (sprung or self._loaded(factor))):
             warn(f"at load factor {factor:.6g} forces balance to {left / largest:.1g} only: "
                  "reactions have few digits", AccuracyWarning)
 

@@ -28,6 +28,9 @@ class LinearResult:
         reactions: (n_nodes, 3) forces of the supports [N].
         reaction_moments: (n_nodes, 3) moments of the supports about the nodes [N m].
         balance: ``Balance`` of loads and reactions in their initial places.
+        joint_forces: (n_joints, 3) as of ``StaticResult``.
+        joint_moments: (n_joints,) the same.
+        joint_couples: (n_joints, 3) the same.
     """
 
     displacement: np.ndarray
@@ -36,6 +39,9 @@ class LinearResult:
     reactions: np.ndarray
     reaction_moments: np.ndarray
     balance: Balance
+    joint_forces: np.ndarray
+    joint_moments: np.ndarray
+    joint_couples: np.ndarray
 
     def __iter__(self):
         return iter((self.displacement, self.change_of_normals))
@@ -72,6 +78,14 @@ class StaticResult:
         negative_pivots: (n,) of the last tangent before each row: as many directions in which the
             state is unstable; -1 where the solver does not tell.
         works: works of the corrections of the last step computed, first to last.
+        joint_forces: (n, n_joints, 3) force of each joint of the model on the plate of its
+            ``nodes``, of a spherical one on the first node, of one with ends on ``other``, or on
+            ``one`` where that is the ground [N].
+        joint_moments: (n, n_joints) moments of springs, stops, motors and drives that turn joints
+            on [N m].
+        joint_couples: (n, n_joints, 3) moments of joints with ends about their places, on the same
+            end as their forces [N m].
+        joint_angles: (n, n_joints) of hinges, and of revolute joints whose angle takes part [rad].
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
         seconds: wall-clock seconds.
@@ -93,6 +107,10 @@ class StaticResult:
     iterations: np.ndarray
     steps: np.ndarray
     negative_pivots: np.ndarray
+    joint_forces: np.ndarray
+    joint_moments: np.ndarray
+    joint_couples: np.ndarray
+    joint_angles: np.ndarray
     works: tuple
     solver: str
     indefinite: int
@@ -157,6 +175,16 @@ class Rows:
     def displacement(self, k):
         """Displacements (n_nodes, 3) of row ``k`` [m]."""
         return self._nodal[k]["displacement"]
+
+    @property
+    def factors(self):
+        """Load factors of all rows."""
+        return [float(row["factor"][0]) for row in self._history]
+
+    def configuration(self, k):
+        """``Configuration`` of row ``k``."""
+        moved, directors = self._nodal[k]["displacement"], self._nodal[k]["director"]
+        return Configuration(moved, directors, velocity=0.0 * moved, director_rates=0.0 * directors)
 
     def columns(self, first):
         """The arrays of a ``StaticResult``, of the rows from ``first`` on."""

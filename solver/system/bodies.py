@@ -18,7 +18,7 @@ class Bodies:
         self.cells = self.cells.reshape(-1, 1)
         self._mass = np.array([mass for _, mass in model.body_masses])
         self._spread = spreads(model.bodies, len(model.normals))
-        self._dofs = None
+        self._dofs, self._first, self._start = None, model.directors.first, None
 
     def __bool__(self):
         return len(self.cells) > 0
@@ -26,19 +26,20 @@ class Bodies:
     def number(self, numbering):
         """Take the numbers of the unknowns."""
         self._dofs = numbering.translations[self.cells[:, 0]]
+        self._start = numbering.start
 
-    def add_forces(self, iterate, forces):
-        """Add the inertial forces ``-M (v_1 - v_0)/dt`` at an iterate to ``forces`` (n_dof,) [N].
-        """
+    def add_forces(self, iterate, work, forces):
+        """Add the inertial forces ``-M (v_1 - v_0)/dt`` at an iterate to ``forces`` (n_dof,) [N];
+        ``work``: what it has of the nodes."""
         state, step, delta = iterate[:3]
         at = self._dofs
         rate = (step.delta * delta[at] - step.velocity * state.velocity[at]
                 - step.acceleration * state.acceleration[at])
         forces[at] -= self._mass[:, None] * rate
 
-    def add_matrix(self, storage, step, values):
+    def add_matrix(self, storage, iterate, values):
         """Add their mass to a matrix."""
-        values[storage.diagonal[self._dofs]] += step.mass * self._mass[:, None]
+        values[storage.diagonal[self._dofs]] += iterate.step.mass * self._mass[:, None]
 
     def kinetic(self, state, start):
         """(n,) kinetic energy of each [J]."""
@@ -58,3 +59,28 @@ class Bodies:
             linear_momentum=shell.linear_momentum + momentum,
             angular_momentum=shell.angular_momentum + angular,
             angular_momentum_printed=shell.angular_momentum_printed + angular)
+
+
+class TurningBodies(Bodies):
+    """The same in charts, with the inertia of their turns: the exact scheme has that of all nodes.
+    """
+
+    def add_forces(self, iterate, work, forces):
+        super().add_forces(iterate, work, forces)
+        for i, d in self._directors():
+            p_ddot, A1 = work.inertial_p[d], iterate.A1[d]
+            forces[self._start[i] + 3 + np.arange(3)] -= np.einsum("k,kcr,kc->r", self._spread[d],
+                                                                   A1, p_ddot)
+
+    def add_matrix(self, storage, iterate, values):
+        super().add_matrix(storage, iterate, values)
+        rows, columns = np.tril_indices(3)
+        for i, d in self._directors():
+            A1 = iterate.A1[d]
+            block = np.einsum("k,kcr,kcs->rs", iterate.step.mass * self._spread[d], A1, A1)
+            at = storage.diagonal[self._start[i] + 3 + rows]
+            values[at - (rows - columns) * storage.stride] += block[rows, columns]
+
+    def _directors(self):
+        for i in self.cells[:, 0]:
+            yield i, slice(self._first[i], self._first[i + 1])

@@ -117,3 +117,38 @@ class BandedConstrained(Constrained):
         if not self._definite:
             return super().solve(rhs)
         return self._ordered @ lapack.dpbtrs(self._cholesky, self._transposed @ rhs, lower=1)[0]
+
+
+class Linking:
+    """A sparse solver's matrix with that of joints, in a basis of what joints leave free, which is
+    another in each iterate."""
+
+    def __init__(self, solver, linked):
+        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``linked``:
+        ``StillLinks``."""
+        self.name = f"{solver.name}, constrained"
+        self._solver, self._linked, self._factor = solver, linked, None
+        self.storages, self.storage = solver.storages, solver.storage
+        self.values, self.skew = solver.values, solver.skew
+
+    def matrix(self):
+        """The assembled matrix with that of joints, of all unknowns."""
+        return (self._solver.matrix() + self._linked.second).tocsc()
+
+    def factor(self):
+        """Factorize the matrix, see ``linear``."""
+        self._matrix, self._basis = self.matrix(), self._linked.reduce()
+        reduced = (self._basis.T @ self._matrix @ self._basis).tocsc()
+        if self.skew.size:
+            self._factor = unsymmetric_lu(reduced)
+            return None
+        self._factor, negative = diagonal_lu(reduced)
+        return negative
+
+    def solve(self, rhs):
+        """A new vector (n_dof,), see ``linear``, that keeps constraints."""
+        return self._basis @ self._factor.solve(self._basis.T @ rhs)
+
+    def times(self, vector):
+        """Product of the matrix that was factorized last with a vector (n_dof,)."""
+        return self._matrix @ vector

@@ -7,6 +7,7 @@ from ..kernels.arguments import spin_work
 from ..kernels.calls import Call
 from ..model.attached import GroundSpring, Spring
 from ..model.bodies import spreads
+from .bodies import Bodies
 from .multipliers import Multipliers
 from .rounding import EPS
 from .spins import Spins
@@ -28,7 +29,8 @@ class ExactSystem(System):
     to one node.
     """
 
-    exact = True
+    exact = takes_joints = True
+    kind_of_bodies = Bodies
 
     def _make_coordinates(self, follow):
         elements, model = self.elements, self.model
@@ -76,6 +78,8 @@ class ExactSystem(System):
         the forces that it consists of, of displacements and of velocities."""
         parts = self._stiff_forces + np.abs(self.residual.applied)
         parts += np.abs(self.nodal.dx).max() * self._stiffness
+        if self.linked:
+            parts[self.linked.dofs] += self.linked.parts()
         fastest = np.abs(state.velocity[self.translations]).max()
         parts[self.translations] += step.velocity * fastest * self.nodal_mass[:, None]
         if self.linked:
@@ -86,7 +90,7 @@ class ExactSystem(System):
         """State at t = 0; accelerations take no part."""
         state = self.start(start)
         if self.linked:
-            self.linked.check_rates(state, self.loads(0.0, 0.0, FIRST).driven)
+            self.linked.check_rates(state, None, self.loads(0.0, 0.0, FIRST).driven)
         return state
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):

@@ -210,7 +210,7 @@ class Applied(NamedTuple):
         items: what each item has at that time.
         motors: (n,) moments of motors at each place of a joint [N m].
         slacks: (n,) angles at which springs of joints are slack at the end of the step [rad].
-        driven: ``multipliers.Rates`` of drives, None where there are no multipliers.
+        driven: ``step_links.Rates`` of drives, None where there are no multipliers.
     """
 
     dead: Loads

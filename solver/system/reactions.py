@@ -91,7 +91,8 @@ class Supported:
 
     Attributes:
         joined: (n,) nodes that move with others.
-        directors: (n,) normals of the nodes with a held normal.
+        held: (n_held,) nodes with a held normal.
+        directors: (n,) their normals.
     """
 
     def __init__(self, model, numbering, fixed):
@@ -103,14 +104,14 @@ class Supported:
         nodes = numbering.node_of_dof[turning]
         if model.pairs:  # at the edges of a sector neighbours turn the normals
             nodes = np.concatenate([nodes, model.pairs.masters, model.pairs.slaves])
-        self._nodes = np.unique(nodes)
-        counts = np.diff(directors.first)[self._nodes]
+        self.held = np.unique(nodes)
+        counts = np.diff(directors.first)[self.held]
         self._begins = np.cumsum(counts) - counts
         self.directors = np.concatenate([np.zeros(0, dtype=np.int64), *(
-            np.arange(*directors.first[i:i + 2]) for i in self._nodes)])
+            np.arange(*directors.first[i:i + 2]) for i in self.held)])
         # a moment about the normal of a smooth node is shared by the elements around it, unless the
         # node is clamped; see ``loads.NormalCouples``
-        self._shared = self._nodes[(counts == 1) & ~model.fixed[self._nodes].all(axis=1)]
+        self._shared = self.held[(counts == 1) & ~model.fixed[self.held].all(axis=1)]
         self._shared_directors = directors.first[self._shared]
         self.joined = np.array([i for group in model.joined for i in group], dtype=np.int64)
         free = [free_of_group(model, numbering.start, fixed, group) for group in model.joined]
@@ -133,7 +134,7 @@ class Supported:
         forces[self.joined] -= self.of_joints(residual)
         total = np.zeros(self._shape)
         if len(self.directors):
-            total[self._nodes] = np.add.reduceat(inner, self._begins) - moments[self._nodes]
+            total[self.held] = np.add.reduceat(inner, self._begins) - moments[self.held]
             total[self._shared] += along(moments[self._shared], p[self._shared_directors])
         return Reactions(forces, total, forces.sum(axis=0),
                          np.cross(x, forces).sum(axis=0) + total.sum(axis=0))

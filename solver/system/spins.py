@@ -29,7 +29,7 @@ class Spins(Charts):
         frames = self.frames.copy()
         for i in self._junctions[self.kept[self._junctions].any(axis=1)]:
             frames[i] = frames[i, [2, 0, 1]]  # it turns about t_2 alone
-        frames[self._smooth] = _frames_along(normals[first[self._smooth]], self.kept[self._smooth])
+        frames[self._smooth] = frames_along(normals[first[self._smooth]], self.kept[self._smooth])
         if model.pairs:
             frames[model.pairs.slaves] = frames[model.pairs.masters] @ model.pairs.rotation.T
         self.initial_frames = frames
@@ -50,7 +50,7 @@ class Spins(Charts):
         state.chart[:] = turned_frames(self.initial_frames, first, self._normals, p)
         d = first[smooth]
         if not np.array_equal(p, self._normals):
-            state.chart[smooth] = _frames_along(p[d], self.kept[smooth])
+            state.chart[smooth] = frames_along(p[d], self.kept[smooth])
         spin = np.cross(p[d], rates[d])
         state.velocity[at[smooth]] = np.sum(state.chart[smooth, 1] * spin, axis=1)
         state.velocity[at[smooth] + 1] = -np.sum(state.chart[smooth, 0] * spin, axis=1)
@@ -108,7 +108,7 @@ class Spins(Charts):
         return frame @ (vector * (2.0 * np.tan(0.5 * angle) / angle if angle > 0.0 else 1.0))
 
 
-def _frames_along(p, kept):
+def frames_along(p, kept):
     """(n, 3, 3) rows t_1, t_2, t_3 of smooth nodes with the normals p (n, 3): t_3 = p, or, where a
     support keeps the component along an axis ``kept`` (n, 3), t_1 that axis and t_3 as near to p
     as it can be."""

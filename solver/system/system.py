@@ -19,7 +19,7 @@ from ..kernels.hinges import SLACK
 from ..model.mesh import vector_areas
 from ..runtime import compiling  # noqa: F401 (it listens)
 from . import springs
-from .bodies import Bodies
+from .bodies import TurningBodies
 from .constrained import constrained
 from .coordinates import Charts
 from .damping import Viscous
@@ -58,7 +58,7 @@ class System:
         turnings: ``Turnings``, moments of joints.
         hinges: ``Hinges`` that have one.
         bodies: ``Bodies``, rigid ones.
-        linked: ``Multipliers``, None but in the exact scheme.
+        linked: ``Linked``, constraints of joints and bodies, None where there are none.
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
@@ -72,7 +72,8 @@ class System:
         factorizations: how many there have been, by which a kept one is known.
     """
 
-    exact = False
+    exact = takes_joints = False
+    kind_of_bodies = TurningBodies
 
     def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
         """``follow``: see ``Charts``; ``full_tangent``: with the skew part of the loads' stiffness,
@@ -81,10 +82,10 @@ class System:
         self._items, self._springs = items(model, self.exact), springs.items(model)
         self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
         self.hinges = Hinges(model, self.turnings)
-        self.bodies, self.linked = Bodies(model), None
-        if not self.exact and (model.bodies or model.linked):
+        self.bodies, self.linked = self.kind_of_bodies(model), None
+        if not self.takes_joints and (model.bodies or model.linked):
             raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
-                             "scheme exact")
+                             "scheme exact, or quasi with rho_inf = 1, or statics")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
@@ -223,7 +224,7 @@ class System:
         if self.hinges:
             self.hinges.follow(state, place.start.p)
         if self.linked:
-            self.linked.follow(state)
+            self.linked.follow(state, place.start)
         if self._springs or self.turnings:
             stored = self._turning.energy(place.start.p) + self.turnings.energy(state)
             stored += sum(spring.energy(state) for spring in self._springs)
@@ -278,7 +279,7 @@ class System:
                 self.hinges.add_forces(self.dofs, iterate, place.start.p, self.nodal.p_end,
                                        loads.motors, loads.slacks, self.inner_forces)
             if self.bodies:
-                self.bodies.add_forces(iterate, self.inner_forces)
+                self.bodies.add_forces(iterate, self.nodal, self.inner_forces)
             if self.linked:
                 self.linked.add_forces(iterate, loads.driven, loads.slacks, loads.motors,
                                        self.nodal, self.inner_forces)
@@ -291,7 +292,8 @@ class System:
             raise NotConverged(self.coordinates.lost(lost))
         if self.coordinates.constraints:
             self.residual.balance[:] = self.coordinates.constraints.project(self.residual.balance)
-        if tangent and (self._springs or self.hinges or self.bodies or not self.all_dead):
+        if tangent and (self._springs or self.hinges or self.bodies or self.linked
+                        or not self.all_dead):
             self._add_items(Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1), loads)
 
     def _assemble(self, state, place, step, delta, dead, averaged, tangent, predicted):
@@ -311,7 +313,7 @@ class System:
 
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
-        if self._items or self.hinges or self.linked:
+        if self._items or self.hinges or self.bodies or self.linked:
             self.coordinates.advance(state, place.start, step, delta, self.nodal)
         return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 
@@ -419,7 +421,7 @@ class System:
         if self.hinges and step.stiffness:
             self.hinges.add_matrix(self.dofs, next(storages), solver.values, solver.skew)
         if self.bodies:
-            self.bodies.add_matrix(self.solver.storage, step, solver.values)
+            self.bodies.add_matrix(self.solver.storage, iterate, solver.values)
         if solver.skew.size:
             assembly.add_moment_skew(self.dofs, solver.storage, iterate.state.chart, step.stiffness,
                                      loads.dead.moments, self.nodal, solver.skew)

@@ -1,0 +1,148 @@
+"""Constraints in a step of the generalized midpoint, in the rotational variables of nodes.
+
+They hold at the end of each step by forces ``-G_m^T l`` along the gradient at its middle, and the
+rates at both ends get the impulses of the exact scheme, see ``multipliers``.  Neither is exact
+here: a gradient in the middle is no discrete one, and the impulses have the lumped inertia of
+normals.  What they leave of the energy is of third order in a step, as what the scheme itself
+leaves.
+"""
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from ..kernels import hinges
+from ..kernels.calls import Call
+from ..kernels.nodes import derivatives
+from ..model.bodies import spreads
+from .chart_rows import ChartRows
+from .multipliers import inverse_mass
+from .step_links import StepLinks, root_of
+from .turning import nearest
+
+
+class QuasiLinks(ChartRows, StepLinks):
+    """The constraints of a model in the scheme quasi."""
+
+    def __init__(self, system):
+        super().__init__(system)
+        elements, model = system.elements, system.model
+        self._inertia = np.bincount(elements.directors.ravel(), elements.rotary.sum(axis=2).ravel(),
+                                    len(model.normals)) + spreads(model.bodies, len(model.normals))
+        self._inverse = inverse_mass(system, self.dofs, turning=False)
+        self._turning_dofs = np.isin(self.dofs, system.translations, invert=True)
+        self._held = system.coordinates.fixed[self.dofs]
+        self._derive, self._end = Call(derivatives), np.zeros((len(model.normals), 3, 3))
+        self._mobile = self._mobilities(self._start.A1)
+        self._check(self._mobility(self._G[:self._hard]))
+
+    def _masses(self, A1):
+        """(n_local, n_local) lumped inertia ``sum_d I_d A1_d^T A1_d`` of turns, 0 of places."""
+        masses = np.zeros((len(self.dofs),) * 2)
+        for i in self._nodes:
+            at, n = self._local[i] + 3, self._n_rot[i]
+            d = slice(self._first[i], self._first[i + 1])
+            A = A1[d, :, :n]
+            masses[at:at + n, at:at + n] = np.einsum("d,dcr,dcs->rs", self._inertia[d], A, A)
+        return masses
+
+    def _mobilities(self, A1):
+        """(n_local, n_local) inverse mass of what supports leave free, of turns the lumped one."""
+        mobile = self._inverse[self.dofs].copy()
+        turning = np.flatnonzero(self._turning_dofs & ~self._held)
+        block = np.ix_(turning, turning)
+        mobile[block] = np.linalg.inv(self._masses(A1)[block])
+        return mobile
+
+    def _mobility(self, G):
+        """``G M^-1 G^T``"""
+        return G @ self._mobile @ G.T
+
+    def _moved(self, mobile, impulse):
+        """(n_dof,) rates by an impulse (n_local,)."""
+        rates = self._inverse @ impulse
+        turning = self._turning_dofs
+        rates[self.dofs[turning]] = mobile[turning] @ impulse
+        return rates
+
+    def begin(self, state, start):
+        """Start a step from a ``state`` and its ``Start``: no forces yet."""
+        self.forces[:] = 0.0
+        self._at(state, start, 0.0 * state.x)
+        self._G_0, self._before = self._G[:self._hard].copy(), self._spins.copy()
+        self._mobile_0 = self._mobile = self._mobilities(start.A1)
+        self._root = root_of(self._mobility(self._G_0))
+        self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
+
+    def add_forces(self, iterate, driven, slacks, motors, work, forces):
+        """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
+        (n_dof,).
+
+        Args:
+            iterate: ``Iterate``.
+            driven: ``Rates``.
+            slacks: (n,) angles at which springs are slack at the end [rad].
+            motors: (n,) moments of motors [N m].
+            work: ``NodalWork`` of it.
+            forces: added to.
+        """
+        state, step, delta = iterate[:3]
+        self._at(state, iterate, (1.0 - step.alpha_f) * work.dx)
+        self._G_m, self._middle, x_m = self._G.copy(), self._spins.copy(), self._x
+        masses = self._masses(iterate.A1)
+        self._derive(self._coordinates.nodes, state.chart, work.p_end, self._end)
+        self._at(state, self._start._replace(p=work.p_end, A1=self._end), work.dx)
+        self._D = self._G.copy()
+        self._mobile = self._mobilities(self._end)
+        places = self._places
+        change = nearest(self._angles(self._u[1]) - self._initial,
+                         state.hinges[places, hinges.ANGLE]) - state.hinges[places, hinges.ANGLE]
+        self._miss(state, change, step, driven, slacks, motors)
+        rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
+        self._n[:] = self._rates_end(rates, driven)
+        self._told = step.rate_delta, (state.x + state.x_low, x_m, self._x)
+        impulse = self._impulse @ self._n
+        spread = np.where(self._turning_dofs, masses @ (self._mobile_0 @ impulse), impulse)
+        forces[self.dofs] += step.velocity * spread - self._G_m.T @ self.forces
+
+    def _rates_end(self, rates, driven):
+        """n by which ``G_1 v_1`` is what drives want, of rates (n_local,) without impulses."""
+        self._G_1 = self._G[:self._hard].copy()
+        self._root_1 = root_of(self._mobility(self._G_1))
+        missed = self._G_1 @ rates
+        missed[self._m:] -= driven.after
+        return np.linalg.solve(self._G_1 @ self._mobile_0 @ self._impulse + self._root_1, missed)
+
+    def settle(self, state, delta, driven):
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
+        of the ``drives`` in it [J]."""
+        drives = slice(self._m, self._hard)
+        work = -self.forces[drives] * (self._G_m[drives] @ delta[self.dofs])
+        self._at_state(state)
+        self._mobile = self._mobilities(self._start.A1)
+        n = self._rates_end(state.velocity[self.dofs], driven)
+        before, after = self._impulses(n)
+        state.velocity[:] -= self._coordinates.free(
+            self._moved(self._mobile_0, self._G_0.T @ before)
+            + self._moved(self._mobile, self._G_1.T @ after))
+        return work + driven.before * before[self._m:] - driven.after * after[self._m:]
+
+    def _impulses(self, n):
+        """(hard,) multipliers of the rates at both ends."""
+        return [solve_triangular(root.T, n, lower=False) for root in (self._root, self._root_1)]
+
+    def on(self, number):
+        """As of ``Multipliers``."""
+        rate, places = self._told
+        rows = 1.0 * (self.owners == number)
+        hard = rows[:self._hard]
+        first, last = self._impulses(self._n)
+        acting = (rate * (self._G_0.T @ (hard * first)), -self._G_m.T @ (rows * self.forces),
+                  -rate * (self._G_1.T @ (hard * last)))
+        force, moment = np.zeros((2, 3))
+        for i in self._end_of(number):
+            at, n = self._local[i], self._n_rot[i]
+            for f, x, spins in zip(acting, places, (self._before, self._middle, self._spins)):
+                force += f[at:at + 3]
+                moment += np.cross(x[i], f[at:at + 3])
+                moment += np.linalg.pinv(spins[i, :n]) @ f[at + 3:at + 3 + n]
+        return force, moment

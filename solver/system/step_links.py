@@ -1,0 +1,143 @@
+"""Constraints in a step, solved for together with its increment.
+
+With the columns ``Z = K^-1 G_m^T`` and the derivative D of g at the end of the step,
+
+    (D Z + C) dl = D K^-1 r + g,   d = K^-1 r - Z dl,
+
+C the compliance of moments, zero of constraints.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..checks import TINY
+from ..errors import InputError
+from ..kernels import hinges
+from .driven import INSTANT
+from .linked import Linked
+
+SETTLED = 1e-13
+"""Part of the energy that the last correction of a drive's moment may change its work by."""
+
+RATES = 1e-9
+"""Part of the rates of single nodes by which initial velocities may violate a constraint."""
+
+LEAST = 1e-12
+"""Stiffness of a moment, in those of inertia, below which it is a given one."""
+
+
+class Rates(NamedTuple):
+    """What drives do in a step.
+
+    Attributes:
+        angle: (k,) angles at its end [rad].
+        before: (k,) their rates at its start [rad/s].
+        after: (k,) at its end [rad/s].
+    """
+
+    angle: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
+class StepLinks(Linked):
+    """As ``Linked``, in a step; moments are constraints that give way: ``-l = M(angle)``."""
+
+    def __init__(self, system, frames):
+        super().__init__(system, frames)
+        self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
+        self._drive, self._moved = (0.0, 0.0), np.zeros(self._hard - self._m)
+
+    @property
+    def drives(self):
+        """Numbers of the joints that are driven."""
+        return self.owners[self._m:self._hard]
+
+    def driven(self, begin, end, dt):
+        """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
+        ``value(history)`` a ``part`` of dt after its start and its end."""
+        def angles(value):
+            return np.array([joint.angle * value(joint.driving) for joint in self._driven])
+
+        def rates(at):
+            return (angles(at(INSTANT)) - angles(at(-INSTANT))) / (2.0 * INSTANT * dt)
+
+        return Rates(angles(end(0.0)), rates(begin), rates(end))
+
+    def check_rates(self, state, start, driven):
+        """Raise ``InputError`` for initial velocities that constraints do not allow; ``start``:
+        ``Start`` of the state; ``driven``: ``Rates`` of a step that begins there."""
+        self.begin(state, start)
+        rates = self._G_0 @ state.velocity[self.dofs]
+        sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
+        rates[self._m:] -= driven.before
+        sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
+        missed = np.abs(rates) - RATES * sizes
+        # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
+        missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
+        k = int(np.argmax(missed))
+        if missed[k] > 0.0:
+            raise InputError(f"{self._names()[self.owners[k]]}: the initial velocities of what it "
+                             "joins do not fit together, or to its drive (rigid_velocity gives "
+                             "those of a rigid motion)")
+
+    def _miss(self, state, change, step, driven, slacks, motors):
+        """By how much rows are missed."""
+        one, other = self._pairs[:self._m].T
+        self.off[:self._m] = np.sum(self._u[1][one] * self._u[1][other], axis=1) - self._values
+        n, places = len(self._driven), self._places
+        angle = state.hinges[places, hinges.ANGLE] + change
+        self.off[self._m:self._hard] = angle[:n] - driven.angle
+        self._moved = driven.angle - state.hinges[places[:n], hinges.ANGLE]
+        places, found = places[n:], np.empty((len(places) - n, 2))
+        if len(places):
+            self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
+                          angle[n:], 1.0 - step.alpha_f, step.rate_delta, found)
+            stiffness = np.maximum(found[:, 1], LEAST * self._stiff(step))
+            self._give[self._hard:] = 1.0 / stiffness
+            self.off[self._hard:] = -(found[:, 0] + motors[places]
+                                      + self.forces[self._hard:]) / stiffness
+
+    def _stiff(self, step):
+        """(k,) what inertia has for a stiffness against the moments [N m/rad]."""
+        return step.delta / np.maximum(np.diag(self._mobility(self._D[self._hard:])), TINY)
+
+    def columns(self):
+        """(m, n_dof) rows of ``G_m``, what supports leave free."""
+        rows = np.zeros((len(self.owners), self._n_dof))
+        rows[:, self.dofs] = self._G_m
+        return [self._free(row) for row in rows]
+
+    def split(self, moved, columns):
+        """Changes of the multipliers for a correction ``moved`` (n_local,) without them, of which
+        each takes off ``columns`` (n_local, m)."""
+        matrix = self._D @ columns
+        matrix[np.diag_indices(len(matrix))] += self._give
+        change = np.linalg.solve(matrix, self._D @ moved + self.off)
+        self.forces += change
+        drives = slice(self._m, self._hard)
+        self._drive = np.abs(change[drives]) @ np.abs(self._moved), self._drive[0]
+        return change
+
+    def settled(self, energy):
+        """Whether the work of drives is, for an ``energy`` of the motion [J], or gets no better.
+
+        What is left of the residual does no work where constraints stay, but on what a drive moves.
+        """
+        change, last = self._drive
+        work = np.abs(self.forces[self._m:self._hard] @ self._moved)
+        return change <= SETTLED * (energy + work) or change > 0.5 * last
+
+    def pass_on(self, parts):
+        """Add to sizes of forces (n_dof,), whose rounding error the residual has, what joints carry
+        of them to other ends, as to bodies, which have no stiffness of their own."""
+        G = np.abs(self._G_m)
+        largest = (G * parts[self.dofs]).max(axis=1, initial=0.0)
+        parts[self.dofs] += (largest / np.maximum(np.sum(G * G, axis=1), TINY)) @ G
+
+
+def root_of(S):
+    """Lower triangular L with ``L L^T = S``, scaled first."""
+    scale = np.sqrt(np.diag(S))
+    return scale[:, None] * np.linalg.cholesky(S / np.outer(scale, scale))

@@ -1,0 +1,119 @@
+"""The system of equilibria and of small motions about them: joints hold without inertia.
+
+Constraints ``g(q) = 0`` are solved for with Newton's correction,
+
+    K d + G^T dl = F - G^T l,   G d = -g,   K = dF + sum l ddg,
+
+in a basis of what they leave free.  A body has no stiffness and K no inverse, so that multipliers
+cannot be eliminated as in a step; the matrix of the basis is symmetric, needs no penalty, and its
+pivots tell stability.
+"""
+
+import numpy as np
+
+from ..kernels.arguments import STATIC
+from ..kernels.hinges import ANGLE
+from ..model.joints import Hinge
+from .constrained import Linking
+from .joints import Angle
+from .linear import SuperLU, UnsymmetricLU
+from .reactions import along
+from .still_links import StillLinks
+from .system import System
+
+
+class StillSystem(System):
+    """As ``System``, with ``StillLinks`` where there are joints or bodies."""
+
+    takes_joints = True
+
+    def __init__(self, model, solver="auto", full_tangent=False):
+        super().__init__(model, solver, full_tangent=full_tangent)
+        self._hinge_angles = {k: Angle(model, joint) for k, joint in enumerate(model.joints)
+                              if isinstance(joint, Hinge)}
+        self.linked = StillLinks(self) if model.linked or model.bodies else None
+        if self.linked:
+            unsymmetric = full_tangent and not self.all_dead
+            self.take((UnsymmetricLU if unsymmetric else SuperLU)(self.numbering))
+
+    def take(self, solver):
+        """Go on with a sparse ``solver``."""
+        self.solver = Linking(solver, self.linked) if self.linked else solver
+
+    def loads_by(self, value, at_end=None, driven=None):
+        """``Applied`` loads, and what drives do, with ``value(history)`` for each function of
+        time."""
+        return super().loads_by(value, at_end, self.linked and self.linked.driven(value))
+
+    def solve(self, residual, pushed=None, missed=None):
+        """Correction (n_dof,) for a residual, and the changes of the multipliers.
+
+        Args:
+            residual: (n_dof,) with that of ``pushed``.
+            pushed: (n_dof,) prescribed displacements.
+            missed: by how much constraints are, without these; not at all if left out.
+        """
+        if not self.linked:
+            return self.solver.solve(residual), 0.0
+        closing = self.linked.closing(pushed, missed)
+        correction = closing + self.solver.solve(residual - self.solver.times(closing))
+        return correction, self.linked.pull(residual - self.solver.times(correction))
+
+    def lean(self, state, place, loads):
+        """Take the multipliers that balance a state as nearly as they can."""
+        self.linked.forces[:] = 0.0
+        self.assemble(state, place, STATIC, np.zeros(self.numbering.n_dof), loads, tangent=False)
+        self.hold()
+
+    def hold(self):
+        """Let joints take what they can of the residual of the last iterate."""
+        if self.linked:
+            self.inner_forces += self.linked.hold(self.residual)
+
+    def of_springs(self):
+        """(n_dof,) forces of springs in the last iterate, of joints with multipliers none."""
+        found = self.inner_forces.copy()
+        if self.linked:
+            found[self.linked.dofs] -= self.linked.acting
+        return found
+
+    def acting(self, loads):
+        """(n_dof,) forces of the loads, and of springs where there are no joints with multipliers,
+        in the iterate that was assembled last."""
+        return self.applied(loads) if self.linked else self.residual.applied
+
+    def angles(self, state, place, last):
+        """(n_joints,) angles of hinges and of revolute joints whose angle takes part, within half a
+        turn of the ``last`` [rad]; zero of other joints."""
+        found = np.zeros(len(self.model.joints))
+        for k, measured in self._hinge_angles.items():
+            found[k] = measured(state, place.start.p, last[k])
+        own = self.turnings.joints[self.turnings.hinges:]
+        found[own] = state.hinges[self.turnings.hinges:, ANGLE]
+        return found
+
+    def _add_items(self, iterate, loads):
+        super()._add_items(iterate, loads)
+        if self.linked:
+            self.linked.stiffen(self.dofs.nodes, iterate)
+
+    def reactions(self, state, place, step, loads, averaged=False):
+        """As of ``System``, with the moments by which supports hold joints."""
+        found = super().reactions(state, place, step, loads, averaged)
+        if not self.linked:
+            return found
+        at, first = self._supported.held, self.model.directors.first
+        moments = -self.linked.torques()[at]
+        smooth = self.numbering.n_rot[at] == 2
+        moments[smooth] -= along(moments[smooth], self.nodal.p_mid[first[at[smooth]]])
+        found.moments[at] += moments
+        return found._replace(moment=found.moment + moments.sum(axis=0))
+
+    def forces_of_springs(self, state, start, motion):
+        """As of ``System``, with those of revolute joints."""
+        change = super().forces_of_springs(state, start, motion)
+        if self.linked:
+            of_joints = self.linked.linear(motion)
+            self.inner_forces += of_joints
+            change += of_joints
+        return change
