@@ -18,9 +18,6 @@ from .loads import history_of
 
 NONE = np.zeros((0, 2), dtype=np.int64)
 
-START = 1e-9
-"""Angle [rad] that a drive may begin with."""
-
 
 def _end(name, value):
     """A node, a body or the ground."""
@@ -129,9 +126,6 @@ class Revolute(_Axial, Turning):
             if self.acts:
                 raise InputError(f"{self._what}: a joint that is driven by its angle has no "
                                  "spring, damper, stop, latch or motor")
-            if abs(start := self.angle * self.driving(0.0)) > START:
-                raise InputError(f"{self._what}: angle times driving is {start:g} rad at t = 0, "
-                                 "must begin with zero, the angle of the initial places")
         elif self.driving != CONSTANT:
             raise InputError(f"{self._what}: driving needs an angle, which it multiplies")
 

@@ -524,7 +524,8 @@ class Model:
         joints = [joint for joint in self.joints if isinstance(joint, Turning)]
         return max((*(load.history.end for load in self.loads),
                     *(joint.history.end for joint in joints if joint.torque),
-                    *(joint.turning.settled for joint in joints if joint.stiffness),
+                    *(joint.turning.settled for joint in joints
+                      if joint.stiffness or joint.spring_angles),
                     *(joint.driving.settled for joint in joints if getattr(joint, "angle", None))),
                    default=0.0)
 

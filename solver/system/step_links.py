@@ -20,6 +20,9 @@ from .linked import Linked
 SETTLED = 1e-13
 """Part of the energy that the last correction of a drive's moment may change its work by."""
 
+JUMP = 1e-9
+"""Angle [rad] by which a drive may begin off its joint."""
+
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
 
@@ -31,11 +34,13 @@ class Rates(NamedTuple):
     """What drives do in a step.
 
     Attributes:
-        angle: (k,) angles at its end [rad].
+        start: (k,) angles at its start [rad].
+        angle: (k,) at its end [rad].
         before: (k,) their rates at its start [rad/s].
         after: (k,) at its end [rad/s].
     """
 
+    start: np.ndarray
     angle: np.ndarray
     before: np.ndarray
     after: np.ndarray
@@ -47,7 +52,7 @@ class StepLinks(Linked):
     def __init__(self, system, frames):
         super().__init__(system, frames)
         self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
-        self._drive, self._moved = (0.0, 0.0), np.zeros(self._hard - self._m)
+        self._drive, self._way = (0.0, 0.0), np.zeros(self._hard - self._m)
 
     @property
     def drives(self):
@@ -63,12 +68,18 @@ class StepLinks(Linked):
         def rates(at):
             return (angles(at(INSTANT)) - angles(at(-INSTANT))) / (2.0 * INSTANT * dt)
 
-        return Rates(angles(end(0.0)), rates(begin), rates(end))
+        return Rates(angles(begin(0.0)), angles(end(0.0)), rates(begin), rates(end))
 
     def check_rates(self, state, start, driven):
-        """Raise ``InputError`` for initial velocities that constraints do not allow; ``start``:
-        ``Start`` of the state; ``driven``: ``Rates`` of a step that begins there."""
+        """Raise ``InputError`` for initial velocities that constraints do not allow, and for drives
+        that begin elsewhere; ``start``: ``Start`` of the state; ``driven``: ``Rates`` of a step
+        that begins there."""
         self.begin(state, start)
+        jumps = driven.start - state.hinges[self._places[:len(self._driven)], hinges.ANGLE]
+        if np.any(far := np.abs(jumps) > JUMP):
+            k = int(np.argmax(far))
+            raise InputError(f"{self._names()[self.drives[k]]}: angle times driving begins "
+                             f"{jumps[k]:g} rad off the angle that the joint has at the start")
         rates = self._G_0 @ state.velocity[self.dofs]
         sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
         rates[self._m:] -= driven.before
@@ -89,7 +100,7 @@ class StepLinks(Linked):
         n, places = len(self._driven), self._places
         angle = state.hinges[places, hinges.ANGLE] + change
         self.off[self._m:self._hard] = angle[:n] - driven.angle
-        self._moved = driven.angle - state.hinges[places[:n], hinges.ANGLE]
+        self._way = driven.angle - state.hinges[places[:n], hinges.ANGLE]
         places, found = places[n:], np.empty((len(places) - n, 2))
         if len(places):
             self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
@@ -117,7 +128,7 @@ class StepLinks(Linked):
         change = np.linalg.solve(matrix, self._D @ moved + self.off)
         self.forces += change
         drives = slice(self._m, self._hard)
-        self._drive = np.abs(change[drives]) @ np.abs(self._moved), self._drive[0]
+        self._drive = np.abs(change[drives]) @ np.abs(self._way), self._drive[0]
         return change
 
     def settled(self, energy):
@@ -126,7 +137,7 @@ class StepLinks(Linked):
         What is left of the residual does no work where constraints stay, but on what a drive moves.
         """
         change, last = self._drive
-        work = np.abs(self.forces[self._m:self._hard] @ self._moved)
+        work = np.abs(self.forces[self._m:self._hard] @ self._way)
         return change <= SETTLED * (energy + work) or change > 0.5 * last
 
     def pass_on(self, parts):

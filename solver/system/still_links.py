@@ -233,7 +233,7 @@ class StillLinks(ChartRows):
         """Rows (k, n_local) of all that holds a rigid motion: of constraints, drives and
         springs."""
         soft = self.owners[self._hard:]
-        stiff = [self._model.joints[number].stiffness > 0.0 for number in soft]
+        stiff = [self._model.joints[number].springs_back for number in soft]
         return self._initial_rows[np.r_[np.ones(self._hard, dtype=bool), np.array(stiff, bool)]]
 
     def at_nodes(self, rows):
