@@ -385,15 +385,17 @@ def test_a_motion_begins_in_equilibrium():
     np.testing.assert_allclose(result.displacement, state.displacement, atol=1e-7)
 
 
-def test_resumed(tmp_path):
+@pytest.mark.parametrize(("model", "factors"), [
+    (lambda: column(aside=0.3), [1.0, 2.0, 3.0]),
+    (lambda: beam(Revolute("ground", "beam", (0, 0, 0), (0, -1, 0), 9.0), (0.0, 0.0, 2.0)),
+     [0.25, 0.5, 0.75, 1.0])], ids=["spring", "beyond half a turn"])
+def test_resumed(model, factors, tmp_path):
     """A path that is continued from its file has the rows of one that ran through."""
-    model, file = column(aside=0.3), tmp_path / "path.h5"
-    whole = load_control(model, [1.0, 2.0, 3.0])
-    try:
-        load_control(model, [1.0, 2.0, 3.0], output=file, progress=_stop_at(2.0))
-    except KeyboardInterrupt:
-        pass
-    resumed = load_control(model, [1.0, 2.0, 3.0], output=file, resume=True)
+    model, file = model(), tmp_path / "path.h5"
+    whole = load_control(model, factors)
+    with pytest.raises(KeyboardInterrupt):
+        load_control(model, factors, output=file, progress=_stop_at(factors[-2]))
+    resumed = load_control(model, factors, output=file, resume=True)
     for name in ("displacement", "joint_forces", "joint_moments", "joint_couples", "joint_angles"):
         np.testing.assert_allclose(getattr(resumed, name), getattr(whole, name), rtol=1e-9,
                                    atol=1e-9)

@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from ..errors import AccuracyWarning, StabilityWarning, warn
+from ..kernels.hinges import ANGLE
 from ..runtime.memory import peak_memory
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
@@ -103,6 +104,7 @@ class Path:
         """The same of all rows of a file, which does not have them, and the multipliers there."""
         equilibrium = self.equilibrium
         reached = equilibrium.state.pack()
+        equilibrium.state.hinges[:, ANGLE] = 0.0  # of the first row; each is nearest to the last
         for k, factor in enumerate(self.rows.factors):
             equilibrium.take(self.rows.configuration(k))
             equilibrium.lean(factor)
