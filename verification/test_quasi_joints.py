@@ -82,7 +82,7 @@ def test_constraints_and_rates(kind):
 
 
 def test_rates_need_impulses(monkeypatch):
-    def without(self, rates, driven):
+    def without(self, G, rates, driven):
         self._G_1, self._root_1 = self._G_0, self._root
         return np.zeros(self._hard)
 

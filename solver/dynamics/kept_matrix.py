@@ -149,7 +149,6 @@ class TurnedMatrix(KeptMatrix):
         self._turning = self._turning._replace(Q_forces=np.zeros_like(blocks[0]),
                                                J_forces=np.zeros_like(blocks[1]))
         self._keep, self._carry = Call(transport.keep_step), Call(transport.carry_step)
-        self._carried, self.stale = True, False
 
     def forget(self):
         """Drop the factorization: the next step starts with its own."""

@@ -11,15 +11,12 @@ from .bodies import Bodies
 from .multipliers import Multipliers
 from .rounding import EPS
 from .spins import Spins
+from .step_links import FIRST
 from .system import System
 
 ROUNDED = 8.0
 """Times the rounding error of a force's parts that a residual may be which is rounding error alone
 (measured: 1 to 3)."""
-
-
-FIRST = 1e-3
-"""Length of a step [s] of which the rates of drives at its start are asked for."""
 
 
 class ExactSystem(System):

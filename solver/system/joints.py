@@ -45,7 +45,7 @@ class Relative:
     """
 
     def __init__(self, model, joint):
-        self._X, self._axis = model.nodes, np.array(joint.axis)
+        self._axis = np.array(joint.axis)
         first = len(model.nodes) - len(model.bodies)
         node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
         self._ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]

@@ -1,10 +1,8 @@
 """The system of the scheme quasi with joints and bodies."""
 
 from .quasi_links import QuasiLinks
+from .step_links import FIRST
 from .system import System
-
-FIRST = 1e-3
-"""Length of a step [s] of which the rates of drives at its start are asked for."""
 
 
 class MovingSystem(System):

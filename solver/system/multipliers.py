@@ -12,7 +12,6 @@ moment.  The scheme stays symmetric in time and of second order.
 """
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
@@ -20,10 +19,11 @@ from ..kernels import multipliers
 from ..kernels.calls import Call
 from .damping import consistent_mass
 from .failure import NotConverged
-from .step_links import StepLinks, root_of
+from .step_links import StepLinks
 
 SMALL = 1e-8
 """Sine of a change of angle below which its ratio to the sine is one."""
+
 
 class Multipliers(StepLinks):
     """The constraints of a model in the exact scheme."""
@@ -40,7 +40,8 @@ class Multipliers(StepLinks):
             self._check(self._mobility(G[:self._hard]))
 
     def _mean_weights(self):
-        """The same in a step, where that is exact, and the change: see ``kernels.hinges``."""
+        """Factors of dc and ds by which the change of each angle in a step is exact, and the
+        change: see ``kernels.hinges``."""
         (c_0, s_0), (c_1, s_1) = self._products(self._u[0]), self._products(self._u[1])
         sine, cosine = c_0 * s_1 - s_0 * c_1, c_0 * c_1 + s_0 * s_1
         if np.any(cosine <= 0.0):
@@ -55,13 +56,10 @@ class Multipliers(StepLinks):
 
     def begin(self, state, start=None):
         """Start a step from a ``state``: no forces yet."""
-        self.forces[:] = 0.0
         u, d = self._u[0], self._d[0]
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
-        self._G_0 = self._rows(state.chart, u, d, *self._weights(u))[:self._hard]
-        self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
-        self._root = root_of(self._mobility(self._G_0))
-        self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
+        G = self._rows(state.chart, u, d, *self._weights(u))
+        self._leave(state, G[:self._hard], self._inverse_here)
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
@@ -88,7 +86,7 @@ class Multipliers(StepLinks):
         self._D = self._rows(state.chart, u[1], d[1], *self._weights(u[1]), self._turns)
         self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:] = self._rates_end(work.frames, rates, driven)
+        self._n[:] = self._rates_end(self._rows_end(work.frames), rates, driven)
         at = self._nodes
         self._at = (step.rate_delta, state.x[at] + state.x_low[at], work.dx[at].copy(),
                     state.chart[at], work.frames[at])
@@ -109,8 +107,7 @@ class Multipliers(StepLinks):
         rate, x, dx, before, after = self._at
         rows = 1.0 * (self.owners == number)
         hard = rows[:self._hard]
-        first, last = (solve_triangular(root.T, self._n, lower=False)
-                       for root in (self._root, self._root_1))
+        first, last = self._impulses(self._n)
         acting = ((-self._G_m.T @ (rows * self.forces), 0.5),
                   (rate * (self._G_0.T @ (hard * first)), 0.0),
                   (-rate * (self._G_1.T @ (hard * last)), 1.0))
@@ -128,28 +125,20 @@ class Multipliers(StepLinks):
                 moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
         return force, moment
 
-    def _rates_end(self, frames, rates, driven):
-        """n by which ``G_1 v_1`` is what drives want, of rates (n_local,) without impulses."""
-        self._G_1 = self._rows(frames, self._u[1], self._d[1], *self._weights(self._u[1]))
-        self._G_1 = self._G_1[:self._hard]
-        self._root_1 = root_of(self._mobility(self._G_1))
-        missed = self._G_1 @ rates
-        missed[self._m:] -= driven.after
-        return np.linalg.solve(self._G_1 @ self._inverse_here @ self._impulse + self._root_1,
-                               missed)
+    def _rows_end(self, frames):
+        """Gradients (hard, n_local) at the end of the step."""
+        u, d = self._u[1], self._d[1]
+        return self._rows(frames, u, d, *self._weights(u))[:self._hard]
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
         of the ``drives`` in it [J]."""
-        work = -self.forces[self._m:self._hard] * (self._G_m[self._m:self._hard]
-                                                   @ delta[self.dofs])
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
-        n = self._rates_end(state.chart, state.velocity[self.dofs], driven)
-        before, after = (solve_triangular(root.T, n, lower=False)
-                         for root in (self._root, self._root_1))
+        before, after = self._impulses(self._rates_end(
+            self._rows_end(state.chart), state.velocity[self.dofs], driven))
         state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
-        return work + self._rates_0 * before[self._m:] - driven.after * after[self._m:]
+        return self._works(delta, driven, before, after)
 
 
 def inverse_mass(system, dofs, turning=True):

@@ -8,7 +8,6 @@ leaves.
 """
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ..kernels import hinges
 from ..kernels.calls import Call
@@ -16,7 +15,7 @@ from ..kernels.nodes import derivatives
 from ..model.bodies import spreads
 from .chart_rows import ChartRows
 from .multipliers import inverse_mass
-from .step_links import StepLinks, root_of
+from .step_links import StepLinks
 from .turning import nearest
 
 
@@ -66,12 +65,10 @@ class QuasiLinks(ChartRows, StepLinks):
 
     def begin(self, state, start):
         """Start a step from a ``state`` and its ``Start``: no forces yet."""
-        self.forces[:] = 0.0
         self._at(state, start, 0.0 * state.x)
-        self._G_0, self._before = self._G[:self._hard].copy(), self._spins.copy()
+        self._before = self._spins.copy()
         self._mobile_0 = self._mobile = self._mobilities(start.A1)
-        self._root = root_of(self._mobility(self._G_0))
-        self._impulse = solve_triangular(self._root, self._G_0, lower=True).T
+        self._leave(state, self._G[:self._hard], self._mobile)
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
@@ -87,48 +84,34 @@ class QuasiLinks(ChartRows, StepLinks):
         """
         state, step, delta = iterate[:3]
         self._at(state, iterate, (1.0 - step.alpha_f) * work.dx)
-        self._G_m, self._middle, x_m = self._G.copy(), self._spins.copy(), self._x
+        self._G_m, self._middle, x_m = self._G, self._spins.copy(), self._x
         masses = self._masses(iterate.A1)
         self._derive(self._coordinates.nodes, state.chart, work.p_end, self._end)
         self._at(state, self._start._replace(p=work.p_end, A1=self._end), work.dx)
-        self._D = self._G.copy()
+        self._D = self._G
         self._mobile = self._mobilities(self._end)
         places = self._places
         change = nearest(self._angles(self._u[1]) - self._initial,
                          state.hinges[places, hinges.ANGLE]) - state.hinges[places, hinges.ANGLE]
         self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:] = self._rates_end(rates, driven)
+        self._n[:] = self._rates_end(self._G[:self._hard], rates, driven)
         self._told = step.rate_delta, (state.x + state.x_low, x_m, self._x)
-        impulse = self._impulse @ self._n
-        spread = np.where(self._turning_dofs, masses @ (self._mobile_0 @ impulse), impulse)
+        spread = np.where(self._turning_dofs, masses @ (self._kick @ self._n),
+                          self._impulse @ self._n)
         forces[self.dofs] += step.velocity * spread - self._G_m.T @ self.forces
-
-    def _rates_end(self, rates, driven):
-        """n by which ``G_1 v_1`` is what drives want, of rates (n_local,) without impulses."""
-        self._G_1 = self._G[:self._hard].copy()
-        self._root_1 = root_of(self._mobility(self._G_1))
-        missed = self._G_1 @ rates
-        missed[self._m:] -= driven.after
-        return np.linalg.solve(self._G_1 @ self._mobile_0 @ self._impulse + self._root_1, missed)
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
         of the ``drives`` in it [J]."""
-        drives = slice(self._m, self._hard)
-        work = -self.forces[drives] * (self._G_m[drives] @ delta[self.dofs])
         self._at_state(state)
         self._mobile = self._mobilities(self._start.A1)
-        n = self._rates_end(state.velocity[self.dofs], driven)
-        before, after = self._impulses(n)
+        before, after = self._impulses(self._rates_end(
+            self._G[:self._hard], state.velocity[self.dofs], driven))
         state.velocity[:] -= self._coordinates.free(
             self._moved(self._mobile_0, self._G_0.T @ before)
             + self._moved(self._mobile, self._G_1.T @ after))
-        return work + driven.before * before[self._m:] - driven.after * after[self._m:]
-
-    def _impulses(self, n):
-        """(hard,) multipliers of the rates at both ends."""
-        return [solve_triangular(root.T, n, lower=False) for root in (self._root, self._root_1)]
+        return self._works(delta, driven, before, after)
 
     def on(self, number):
         """As of ``Multipliers``."""

@@ -1,4 +1,5 @@
-"""Constraints in a step, solved for together with its increment.
+"""Constraints in a step, solved for together with its increment, and impulses at both its ends,
+see ``multipliers``.
 
 With the columns ``Z = K^-1 G_m^T`` and the derivative D of g at the end of the step,
 
@@ -10,6 +11,7 @@ C the compliance of moments, zero of constraints.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from ..checks import TINY
 from ..errors import InputError
@@ -19,6 +21,9 @@ from .linked import Linked
 
 SETTLED = 1e-13
 """Part of the energy that the last correction of a drive's moment may change its work by."""
+
+FIRST = 1e-3
+"""Length of a step [s] of which the rates of drives at its start are asked for."""
 
 JUMP = 1e-9
 """Angle [rad] by which a drive may begin off its joint."""
@@ -53,11 +58,12 @@ class StepLinks(Linked):
         super().__init__(system, frames)
         self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
         self._drive, self._way = (0.0, 0.0), np.zeros(self._hard - self._m)
+        self._of_drives = slice(self._m, self._hard)
 
     @property
     def drives(self):
         """Numbers of the joints that are driven."""
-        return self.owners[self._m:self._hard]
+        return self.owners[self._of_drives]
 
     def driven(self, begin, end, dt):
         """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
@@ -99,7 +105,7 @@ class StepLinks(Linked):
         self.off[:self._m] = np.sum(self._u[1][one] * self._u[1][other], axis=1) - self._values
         n, places = len(self._driven), self._places
         angle = state.hinges[places, hinges.ANGLE] + change
-        self.off[self._m:self._hard] = angle[:n] - driven.angle
+        self.off[self._of_drives] = angle[:n] - driven.angle
         self._way = driven.angle - state.hinges[places[:n], hinges.ANGLE]
         places, found = places[n:], np.empty((len(places) - n, 2))
         if len(places):
@@ -109,6 +115,33 @@ class StepLinks(Linked):
             self._give[self._hard:] = 1.0 / stiffness
             self.off[self._hard:] = -(found[:, 0] + motors[places]
                                       + self.forces[self._hard:]) / stiffness
+
+    def _leave(self, state, G, inverse):
+        """Start from a ``state`` with the gradients G (hard, n_local), the ``inverse`` mass
+        (n_local, n_local): no forces yet."""
+        self.forces[:] = 0.0
+        self._G_0, self._rates_0 = G, G[self._m:] @ state.velocity[self.dofs]
+        self._root = root_of(self._mobility(G))
+        self._impulse = solve_triangular(self._root, G, lower=True).T
+        self._kick = inverse @ self._impulse
+
+    def _rates_end(self, G, rates, driven):
+        """n by which ``G v_1`` is what drives want, of rates (n_local,) without impulses; G: (hard,
+        n_local) at the end of the step."""
+        self._G_1, self._root_1 = G, root_of(self._mobility(G))
+        missed = G @ rates
+        missed[self._m:] -= driven.after
+        return np.linalg.solve(G @ self._kick + self._root_1, missed)
+
+    def _impulses(self, n):
+        """(hard,) multipliers of the rates at both ends, ``L^-T n``."""
+        return [solve_triangular(root.T, n, lower=False) for root in (self._root, self._root_1)]
+
+    def _works(self, delta, driven, before, after):
+        """Works of the ``drives`` in a step [J], of its impulses ``before`` and ``after``, too."""
+        drives = self._of_drives
+        return (-self.forces[drives] * (self._G_m[drives] @ delta[self.dofs])
+                + self._rates_0 * before[self._m:] - driven.after * after[self._m:])
 
     def _stiff(self, step):
         """(k,) what inertia has for a stiffness against the moments [N m/rad]."""
@@ -127,8 +160,7 @@ class StepLinks(Linked):
         matrix[np.diag_indices(len(matrix))] += self._give
         change = np.linalg.solve(matrix, self._D @ moved + self.off)
         self.forces += change
-        drives = slice(self._m, self._hard)
-        self._drive = np.abs(change[drives]) @ np.abs(self._way), self._drive[0]
+        self._drive = np.abs(change[self._of_drives]) @ np.abs(self._way), self._drive[0]
         return change
 
     def settled(self, energy):
@@ -137,7 +169,7 @@ class StepLinks(Linked):
         What is left of the residual does no work where constraints stay, but on what a drive moves.
         """
         change, last = self._drive
-        work = np.abs(self.forces[self._m:self._hard] @ self._way)
+        work = np.abs(self.forces[self._of_drives] @ self._way)
         return change <= SETTLED * (energy + work) or change > 0.5 * last
 
     def pass_on(self, parts):
