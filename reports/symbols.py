@@ -231,7 +231,7 @@ class Drawing:
     def __init__(self, space, symbols, places, hidden=None, named=0, size=1.0):
         self._space, self._lines, self._marks, axes = space, [], [], space.axes
         behind = hidden or (lambda points: np.zeros(len(points), dtype=bool))
-        for name, covered, chosen in _sorted(symbols.lines, places, behind):
+        for name, covered, chosen in _alike(symbols.lines, places, behind):
             look = LOOKS[name]
             lines = LineCollection(
                 [], label=f"_{name}",
@@ -240,7 +240,7 @@ class Drawing:
                 linestyles=[(0, (2, 1.5)) if covered else look.dashes])
             axes.add_collection(lines, autolim=False)
             self._lines.append((lines, np.array([symbol.points for symbol in chosen])))
-        for name, covered, chosen in _sorted(symbols.marks, places, behind):
+        for name, covered, chosen in _alike(symbols.marks, places, behind):
             look = LOOKS[name]
             marks, = axes.plot(
                 [], [], label=f"_{name}",
@@ -271,7 +271,7 @@ def _inside(look, covered=False):
     return "white" if look.hollow or covered else look.colour
 
 
-def _sorted(symbols, places, hidden):
+def _alike(symbols, places, hidden):
     """``(look, whether hidden, those symbols)`` of all symbols that look alike."""
     if not symbols:
         return

@@ -26,7 +26,6 @@ from corovec import (
     Universal,
     block,
     cut,
-    join,
     simulate,
 )
 from corovec.reports.colours import ENERGY, coloured
@@ -177,7 +176,6 @@ def test_few_have_their_names_beside_them():
              block([(1, 1, 0), (2, 1, 0), (2, 2, 0), (1, 2, 0)], (1, 1)),
              block([(3, 0, 0), (4, 0, 0), (4, 1, 0), (3, 1, 0)], (1, 1)),
              block([(4, 0, 0), (5, 0, 0), (5, 1, 0), (4, 1, 0)], (1, 2))]
-    mesh = join(parts[:1])
     nodes, quads = [], []
     for part in parts:
         quads.append(part.quads + sum(map(len, nodes)))
@@ -193,7 +191,6 @@ def test_few_have_their_names_beside_them():
     assert (data["item"] == "tie").sum() == 2 * (len(seam) - 1)
     names = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert {"corner", "seam"} <= set(names)
-    assert len(mesh.nodes) == 4
 
 
 def test_films_and_sequences_draw_them_where_they_are(flown):
@@ -213,6 +210,7 @@ def test_films_and_sequences_draw_them_where_they_are(flown):
     words = [text.get_text() for text in axes.get_legend().get_texts()]
     assert "6 rigid bodies, 6 kg" in words and "on the ground" in words
     assert len(recording.symbols.marks) > FEW_NAMES
+    assert not {"shoulder", "hub, 3 kg"} & {text.get_text() for text in axes.texts}
     figure, _ = sequence(recording, recording.times[[0, -1]])
     drawn = [[lines for lines in axes.collections if lines.get_label() == "_rod"]
              for axes in figure.axes]

@@ -35,6 +35,14 @@ def cell(table, method, elements, with_errata=True):
                 (table, method, elements))
 
 
+@pytest.mark.parametrize(("command", "sizes"), [(cli.time, measure.SIZES),
+                                                (cli.peers, peers.SIZES)])
+def test_sizes_of_commands_are_there(command, sizes):
+    """Options name them without loading what has them."""
+    option = next(option for option in command.params if option.name == "size")
+    assert list(option.type.choices) == list(sizes)
+
+
 def test_printed_times_are_those_of_the_tables():
     """Every number twice: here in the order of the tables' text, there as data."""
     units = [c.per_unit for c in cells()]

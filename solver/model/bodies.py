@@ -106,6 +106,11 @@ def with_bodies(found, bodies):
                      found.vertices)
 
 
+def own_nodes(model):
+    """``{name: number of its node}`` of the bodies of a model."""
+    return {body.name: node for body, (node, _) in zip(model.bodies, model.body_masses)}
+
+
 def moved(bodies, nodes, normals):
     """Bodies where ``nodes`` and ``normals`` of a state are."""
     first, axes = len(nodes) - len(bodies), normals[len(normals) - 3 * len(bodies):]

@@ -6,7 +6,7 @@ first, and a vector in the initial configuration, see ``carried``.
 
 import numpy as np
 
-from .bodies import GROUND
+from .bodies import GROUND, own_nodes
 from .joints import Hinge, Spherical, names_of
 from .linkages import Cylindrical, Prismatic, Revolute, RigidLink, Tie, Universal
 
@@ -32,12 +32,11 @@ def mechanism(model):
     [kg m^2], ``axes``, the ``nodes`` that it carries and its own, ``at``, and the ``first`` number
     of its directors, which are its axes.
     """
-    own = [node for node, _ in model.body_masses]
-    node_of = {body.name: node for node, body in zip(own, model.bodies)}
+    node_of = own_nodes(model)
     bodies = [{"name": body.name, "mass": body.mass, "inertia": list(body.inertia),
-               "axes": body.directions.tolist(), "nodes": list(body.nodes), "at": node,
-               "first": int(model.directors.first[node])}
-              for node, body in zip(own, model.bodies)]
+               "axes": body.directions.tolist(), "nodes": list(body.nodes),
+               "at": node, "first": int(model.directors.first[node])}
+              for body, node in zip(model.bodies, node_of.values())]
     return {"joints": [_joint(model, name, joint, node_of)
                        for name, joint in zip(names_of(model.joints), model.joints)],
             "bodies": bodies}

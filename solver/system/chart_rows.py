@@ -51,7 +51,8 @@ class ChartRows(Linked):
 
     def _turn(self, p, A1=None):
         """Frames of nodes with normals p, and with their derivatives A1 the spins by which
-        variables turn them."""
+        variables turn them; of smooth nodes without those about the normals, on which no
+        constraint that holds depends."""
         i, d = self._smooth, self._first[self._smooth]
         before, now = self._normals[d], p[d]
         self._frames[i] = _least_turned(self._initial_frames[i], before, now)

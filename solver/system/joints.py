@@ -6,7 +6,7 @@ from scipy.sparse import coo_array
 from ..kernels import hinges
 from ..kernels.arguments import DONE
 from ..kernels.calls import Call
-from ..model.bodies import GROUND
+from ..model.bodies import GROUND, own_nodes
 from ..model.joints import shares_of_edge
 from ..model.linkages import LINKED, Cylindrical, Prismatic, Revolute, RigidLink, Tie
 from ..model.mechanism import carried, moved, turns
@@ -46,8 +46,7 @@ class Relative:
 
     def __init__(self, model, joint):
         self._axis = np.array(joint.axis)
-        first = len(model.nodes) - len(model.bodies)
-        node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
+        node_of = own_nodes(model)
         self._ends = [None if end == GROUND else node_of.get(end, end) for end in joint.ends]
         smooth = [end is not None and np.diff(model.directors.first[end:end + 2])[0] == 1
                   for end in self._ends]
@@ -80,14 +79,13 @@ class EndPlaces:
     """Places of joints with ends, each on the end on which its force is told."""
 
     def __init__(self, model):
-        own = {body.name: node for body, (node, _) in zip(model.bodies, model.body_masses)}
-        self._points = {}
+        node_of, self._points = own_nodes(model), {}
         for number, joint in enumerate(model.joints):
             if isinstance(joint, Tie):
                 self._points[number] = [carried(model, i, model.nodes[i]) for i in joint.nodes]
             elif isinstance(joint, LINKED):
                 side = 0 if joint.other == GROUND else 1
-                node = own.get(joint.ends[side], joint.ends[side])
+                node = node_of.get(joint.ends[side], joint.ends[side])
                 at = (joint.at, joint.to)[side] if isinstance(joint, RigidLink) else (
                     joint.place(model.nodes))
                 if node == joint.ends[side] or at is None:

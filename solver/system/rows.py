@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels.arguments import Terms
-from ..model.bodies import GROUND
+from ..model.bodies import GROUND, own_nodes
 from ..model.joints import names_of
 from ..model.linkages import (
     LINKED,
@@ -30,8 +30,7 @@ class Rows:
 
     def __init__(self, model, n_rot, frames):
         self._model, self._n_rot, self._frames = model, n_rot, frames
-        first = len(model.nodes) - len(model.bodies)
-        self._node_of = {body.name: first + k for k, body in enumerate(model.bodies)}
+        self._node_of = own_nodes(model)
         self.vectors, self.pairs, self.owners, self.angles = [], [], [], []
         for k, (name, joint) in enumerate(zip(names_of(model.joints), model.joints)):
             if isinstance(joint, LINKED):

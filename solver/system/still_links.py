@@ -177,7 +177,11 @@ class StillLinks(ChartRows):
         return change
 
     def hold(self, residual):
-        """Take the multipliers that balance a ``Residual``, and add their forces to it; these."""
+        """Take the multipliers that balance a ``Residual``, and add their forces (n_dof,) to it.
+
+        Returns:
+            these forces.
+        """
         self.reduce()
         change, forces = self.pull(residual.balance), np.zeros(self._n_dof)
         forces[self.dofs] = -self._G.T @ change
@@ -206,16 +210,10 @@ class StillLinks(ChartRows):
             moment += np.cross(self._x[i], own) + torques[i]
         return force, moment
 
-    def angles(self):
-        """(n_joints,) angles [rad] of revolute joints in the last iterate, zero of others."""
-        found = np.zeros(len(self._model.joints))
-        found[self.owners[self._m:]] = self._angles(self._u[1]) - self._initial
-        return found
-
     # ------------------------------------------------------------------ motions of rigid parts
 
     def sides(self):
-        """Nodes of each constraint, moment and body, that it connects."""
+        """Nodes that each constraint, or part of an angle, connects."""
         first, node = self._terms.first, self._terms.node
         for one, other in self._pairs:
             yield np.r_[node[first[one]:first[one + 1]], node[first[other]:first[other + 1]]]
@@ -227,6 +225,7 @@ class StillLinks(ChartRows):
         return sorted(found)
 
     def _owners_of_pairs(self):
+        """Numbers of the joints and bodies of ``sides``."""
         return [*self.owners[:self._m], *np.repeat(self.owners[self._m:], 2)]
 
     def holds(self):
