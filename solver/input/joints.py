@@ -86,7 +86,8 @@ class JointOf(Strict):
             ``cylindrical``, ``prismatic``, ``universal``, ``link`` or ``tie``.
         name: by which probes and messages know it; without one ``joint`` and its number.
         line: of a hinge, from its start to its end; the mesh is opened there, unless it has an edge
-            of its own on either side [m].
+            of its own on either side; whichever way it runs, the angle grows as the plates turn
+            away from the side that their normals point to [m].
         at: of a spherical joint, the place where plates touch; of others their place, of a link
             that of its one end [m].
         one: of a joint of bodies, its one end: the name of a body, ``ground``, or the point of a

@@ -47,7 +47,7 @@ def tables():
     """``{heading: (what it is, [Key])}`` of everything that can stand in a model file."""
     with open(EXAMPLES, "rb") as file:
         examples = tomllib.load(file)
-    return {TITLES[kind.__name__]: (_first_line(kind), _keys(kind, examples[kind.__name__]))
+    return {TITLES[kind.__name__]: (_summary(kind), _keys(kind, examples[kind.__name__]))
             for kind in _kinds(ModelFile)}
 
 
@@ -103,8 +103,8 @@ def _default(default):
     return str(default).lower() if isinstance(default, bool) else str(default)
 
 
-def _first_line(kind):
-    return getdoc(kind).partition("\n")[0]
+def _summary(kind):
+    return " ".join(getdoc(kind).partition("\n\n")[0].replace("``", "").split())
 
 
 def _attributes(kind):

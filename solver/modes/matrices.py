@@ -30,6 +30,9 @@ def stiffness(system, state, place, loads):
     if system.linked:
         system.lean(state, place, loads)
     K = _assembled(system, state, place, STATIC, loads)
+    if system.hinges:
+        T = free_basis(system)
+        K = (K + T.T @ system.hinges.curvature(system.dofs, state, place.start) @ T).tocsc()
     sizes, size = system.lengths, system.model.size
     left, *others = (np.abs(forces / sizes).sum() for forces in system.residual)
     of_free = (free_basis(system) ** 2).T @ sizes

@@ -193,6 +193,32 @@ class Hinges:
         np.subtract.at(change, at, turned[:, None] * g)
         return change
 
+    def curvature(self, dofs, state, start):
+        """``-M d2phi`` (n_dof, n_dof), sparse: what the moments M of the forces that were added
+        last add to the tangent at a ``state`` with ``Start``, as their angles are curved in the
+        unknowns."""
+        rows, columns, values, x = [], [], [], state.x + state.x_low
+        for edge, pair, cell, moment in zip(self._edges, self._directors, self.cells,
+                                            self.moments):
+            p = start.p[pair]
+            gradient, hessian = angle_derivatives(x[edge[1]] - x[edge[0]], *p)
+            J, at = np.zeros((9, 10)), np.empty(10, dtype=np.int64)
+            J[:3, :3], J[:3, 3:6] = -np.eye(3), np.eye(3)
+            at[:6] = (dofs.nodes.start[edge][:, None] + np.arange(3)).ravel()
+            curved = np.zeros((10, 10))
+            for side, (d, node) in enumerate(zip(pair, cell)):
+                on, own = slice(3 + 3 * side, 6 + 3 * side), slice(6 + 2 * side, 8 + 2 * side)
+                J[on, own], at[own] = start.A1[d, :, :2], dofs.nodes.start[node] + np.array((3, 4))
+                *n, up = state.chart[node] @ p[side]
+                second = -(np.eye(2) + np.outer(n, n) / up**2) / up  # Eq. (29)
+                curved[own, own] = (gradient[on] @ state.chart[node, 2]) * second
+            rows.append(np.repeat(at, 10))
+            columns.append(np.tile(at, 10))
+            values.append(-moment * (J.T @ hessian @ J + curved).ravel())
+        size = (len(dofs.fixed),) * 2
+        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+                         shape=size).tocsr()
+
     @property
     def moments(self):
         """(n,) that turn the hinges on, motors among them, of the forces that were added last
@@ -208,3 +234,32 @@ class Hinges:
 def _edges(line):
     """(n, 2) nodes at both ends of the edge around each node of a line."""
     return np.stack([np.r_[line[0], line[:-1]], np.r_[line[1:], line[-1]]], axis=1)
+
+
+def angle_derivatives(e, p_a, p_b):
+    """First (9,) and second (9, 9) derivatives of ``phi = atan2(s, c)`` in e, p_a and p_b, with
+    ``c = p_a . p_b``, ``s = tau / |e|`` and ``tau = e . (p_a x p_b)``."""
+    edge, a, b = slice(3), slice(3, 6), slice(6, 9)
+    length, n = np.linalg.norm(e), np.cross(p_a, p_b)
+    c, tau = p_a @ p_b, e @ n
+    dc, dtau, dl = np.zeros((3, 9))
+    dc[a], dc[b] = p_b, p_a
+    dtau[edge], dtau[a], dtau[b] = n, np.cross(p_b, e), np.cross(e, p_a)
+    dl[edge] = e / length
+    ddc, ddtau, ddl = np.zeros((3, 9, 9))
+    ddc[a, b] = np.eye(3)
+    ddtau[a, b], ddtau[edge, a], ddtau[edge, b] = _across(-e), _across(-p_b), _across(p_a)
+    ddc, ddtau = ddc + ddc.T, ddtau + ddtau.T
+    ddl[edge, edge] = (np.eye(3) - np.outer(dl[edge], dl[edge])) / length
+    s = tau / length
+    ds = (dtau - s * dl) / length
+    dds = (ddtau - np.outer(ds, dl) - np.outer(dl, ds) - s * ddl) / length
+    square = c**2 + s**2
+    gradient, drift = (c * ds - s * dc) / square, (c * dc + s * ds) / square
+    mixed = np.outer(gradient, drift)
+    return gradient, (c * dds - s * ddc) / square - mixed - mixed.T
+
+
+def _across(v):
+    """(3, 3) of ``v x``."""
+    return np.cross(v, np.eye(3)).T

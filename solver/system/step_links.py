@@ -31,6 +31,9 @@ JUMP = 1e-9
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
 
+ROUNDED = 1e-14
+"""The same of the fastest nodes, what rounding leaves in a constraint along which none moves."""
+
 LEAST = 1e-12
 """Stiffness of a moment, in those of inertia, below which it is a given one."""
 
@@ -59,6 +62,7 @@ class StepLinks(Linked):
         self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
         self._drive, self._way = (0.0, 0.0), np.zeros(self._hard - self._m)
         self._of_drives = slice(self._m, self._hard)
+        self._moves = np.isin(self.dofs, system.translations)
 
     @property
     def drives(self):
@@ -86,11 +90,13 @@ class StepLinks(Linked):
             k = int(np.argmax(far))
             raise InputError(f"{self._names()[self.drives[k]]}: angle times driving begins "
                              f"{jumps[k]:g} rad off the angle that the joint has at the start")
-        rates = self._G_0 @ state.velocity[self.dofs]
-        sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
+        speeds = np.abs(state.velocity[self.dofs])
+        rates, sizes = self._G_0 @ state.velocity[self.dofs], np.abs(self._G_0) @ speeds
+        fastest = np.where(self._moves, speeds[self._moves].max(initial=0.0),
+                           speeds[~self._moves].max(initial=0.0))
         rates[self._m:] -= driven.before
         sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
-        missed = np.abs(rates) - RATES * sizes
+        missed = np.abs(rates) - RATES * sizes - ROUNDED * (np.abs(self._G_0) @ fastest)
         # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
         missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
         k = int(np.argmax(missed))
