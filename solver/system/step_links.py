@@ -10,6 +10,7 @@ C the compliance of moments, zero of constraints.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from ..checks import TINY
 from ..errors import InputError
@@ -130,6 +131,26 @@ class StepLinks(Linked):
         drives = slice(self._m, self._hard)
         self._drive = np.abs(change[drives]) @ np.abs(self._way), self._drive[0]
         return change
+
+    def keep_rates(self, state, wanted):
+        """Take rates of a ``state`` by which its constraints are kept where supports have taken
+        theirs, those of drives ``wanted`` (k,) [rad/s]."""
+        missed = self._rates_missed(state, wanted)
+        impulse = solve_triangular(self._root_1, missed, lower=True)
+        impulse = solve_triangular(self._root_1.T, impulse, lower=False)
+        state.velocity[:] -= self._pushed(self._G_1.T @ impulse)
+
+    def late(self):
+        """(n_dof,) forces that the impulses have beside those in the residual, which has twice that
+        of the start of the step."""
+        first, last = self._impulses(self._n)
+        found = np.zeros(self._n_dof)
+        found[self.dofs] = self._rate * (self._G_0.T @ first + self._G_1.T @ last)
+        return found
+
+    def _impulses(self, n):
+        """(hard,) multipliers of the rates at both ends."""
+        return [solve_triangular(root.T, n, lower=False) for root in (self._root, self._root_1)]
 
     def settled(self, energy):
         """Whether the work of drives is, for an ``energy`` of the motion [J], or gets no better.
