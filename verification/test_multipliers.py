@@ -25,6 +25,7 @@ from corovec import (
     RigidLink,
     Scheme,
     Settings,
+    Spherical,
     Steps,
     Support,
     Tie,
@@ -464,6 +465,8 @@ def test_moment_of_a_drive():
     ([Ball("a", 700, (0, 0, 0))], "node 700 does not exist"),
     ([Ball("a", 2, (0, 0, 0))], "node 2 is at .* the joint at"),
     ([RigidLink("a", "b", (0, 0, 0), (0, 0, 0))], "both points are at"),
+    ([RigidLink(2, "b", (9, 9, 9), (0, 0, 0.1))], "node 2 is at .* the joint at"),
+    ([Spherical([2, 30])], "node 30 is that of a rigid body"),
     ([Ball("a", "b", (0, 0, 0), name="x"), Ball("a", "b", (0, 0, 0.5), name="x")],
      "two joints are named 'x'"),
 ])

@@ -479,12 +479,12 @@ def test_a_motion_goes_on_with_angles_and_latches():
     """A motion in two parts is that in one: springs are wound as far, latches hold."""
     model = servo()
     joint = replace(model.joints[0], lock=4.0, lock_stiffness=300.0, lock_damping=5.0)
-    model = replace(model, joints=[joint])
-    one, two = (simulate(model, Settings(dt=0.05, end_time=end, scheme=EXACT)) for end in (3, 6))
+    model = replace(model, thickness=0.1, joints=[joint])
+    one, two = (simulate(model, Settings(dt=0.05, end_time=end, scheme=EXACT)) for end in (2, 3))
     assert one.hinges[0, 0] > np.pi and one.hinges[0, 1] == 1.0
-    other = simulate(model, Settings(dt=0.05, end_time=3, scheme=EXACT), start=one.state)
-    np.testing.assert_allclose(other.total_energy, two.total_energy[60:], rtol=1e-9)
-    assert other.hinges == pytest.approx(two.hinges, rel=1e-8)
+    other = simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT), start=one.state)
+    np.testing.assert_allclose(other.total_energy, two.total_energy[40:], rtol=1e-9)
+    np.testing.assert_allclose(other.hinges, two.hinges, rtol=1e-8)
     with pytest.raises(InputError, match=r"start.hinges: shape \(3, 2\) given"):
-        simulate(model, Settings(dt=0.05, end_time=3, scheme=EXACT),
+        simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT),
                  start=one.state._replace(hinges=np.zeros((3, 2))))

@@ -27,6 +27,9 @@ JUMP = 1e-9
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
 
+ROUNDED = 1e-13
+"""Part of the largest rates that is rounding error of others, of which nothing is left."""
+
 LEAST = 1e-12
 """Stiffness of a moment, in those of inertia, below which it is a given one."""
 
@@ -85,7 +88,7 @@ class StepLinks(Linked):
         sizes = np.abs(self._G_0) @ np.abs(state.velocity[self.dofs])
         rates[self._m:] -= driven.before
         sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
-        missed = np.abs(rates) - RATES * sizes
+        missed = np.abs(rates) - RATES * sizes - ROUNDED * sizes.max()
         # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
         missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
         k = int(np.argmax(missed))
