@@ -270,6 +270,15 @@ def test_the_derivative_of_a_table(before, after):
     assert found[1] == pytest.approx(slope, abs=1e-4) or before == after
 
 
+@pytest.mark.parametrize("angles", [(-0.5, 1.0), (-1.0, 0.5), (-0.5, 0.0, 1.0), (-1.0, 0.5, 2.0)])
+def test_the_energy_of_a_small_angle(angles):
+    """Seen: 1e-8 of it was lost in the integrals from the ends of the table."""
+    for angle in (1e-7, -1e-7):
+        energy = of_table(0.0, angle, spring_angles=angles, spring_moments=tuple(
+            3.0 * one for one in angles))[3]
+        assert energy == pytest.approx(1.5 * angle**2, rel=1e-7)
+
+
 def test_what_the_table_of_a_damper_takes():
     """The moment at the mean rate, on the whole way; at rest nothing."""
     for change in (-0.3, -0.1, 0.0, 0.05, 0.3):

@@ -13,7 +13,8 @@ from corovec.verification.registry import CASES, make_report, run_case
 from corovec.verification.suites import mutants
 
 LONG = {"discrete-jacobian", "element-derivatives", "exact-conservation", "hemisphere-shear",
-        "hinge-work", "joint-conservation", "order-in-time", "spin", "spin-global"}
+        "hinge-work", "joint-conservation", "linked-conservation", "order-in-time", "spin",
+        "spin-global"}
 """Quick cases that take 3 to 20 seconds."""
 
 
@@ -29,7 +30,7 @@ def test_case(case):
 
 
 @pytest.mark.parametrize("mutant", (*mutants.ELEMENT, *mutants.SCHEME, *mutants.EXACT,
-                                    *mutants.MODES), ids=lambda m: m.name)
+                                    *mutants.JOINTS, *mutants.MODES), ids=lambda m: m.name)
 def test_mutants_fit_the_source(mutant):
     """The text that a mutant replaces is there, and its killers exist."""
     compile(mutant.source(), mutant.file, "exec")

@@ -109,7 +109,11 @@ def _in_table(own, first, n, x):
         i += 1
     slope = (own[i + n + 1] - own[i + n]) / (own[i + 1] - own[i])
     d = x - own[i]
-    return own[i + n] + slope * d, own[i + 2 * n] + (own[i + n] + 0.5 * slope * d) * d, slope
+    value = own[i + n] + slope * d
+    if own[i] <= 0.0 <= own[i + 1]:  # from zero: the integrals of the ends would cancel
+        k = i if own[i] + own[i + 1] >= 0.0 else i + 1
+        return value, (own[k + n] - slope * own[k] + 0.5 * slope * x) * x, slope
+    return value, own[i + 2 * n] + (own[i + n] + 0.5 * slope * d) * d, slope
 
 
 @internal

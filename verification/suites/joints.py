@@ -5,10 +5,14 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from corovec import (
+    Ball,
     Gravity,
     Hinge,
+    Mesh,
     Model,
     NodalLoad,
+    Revolute,
+    RigidBody,
     Scheme,
     Settings,
     Support,
@@ -199,6 +203,53 @@ def run_conservation():
                    "of second order in dt")
 
 
+def linked(joint):
+    """Two free plates 2 m x 1 m, each with a body at its inner edge, and a joint between these at
+    the origin, under forces at three corners."""
+    plates = [block([(x, -0.5, 0), (x + 2, -0.5, 0), (x + 2, 0.5, 0), (x, 0.5, 0)], (2, 2))
+              for x in (0.2, -2.2)]
+    n = len(plates[0].nodes)
+    mesh = Mesh(np.concatenate([plate.nodes for plate in plates]),
+                np.concatenate([plates[0].quads, plates[1].quads + n]))
+    bodies = [RigidBody(name, mass, (2.0, 3.0, 4.0), centre, np.flatnonzero(
+        np.abs(mesh.nodes[:, 0] - x) < 1e-9).tolist()) for name, mass, centre, x in (
+            ("a", 20.0, (0.1, 0.0, 0.0), 0.2), ("b", 30.0, (-0.1, 0.0, 0.1), -0.2))]
+    corners = ((2.2, 0.5, 0.0), (-2.2, -0.5, 0.0), (2.2, -0.5, 0.0))
+    loads = [NodalLoad(node_at(mesh.nodes, corner), force, HAT)
+             for corner, force in zip(corners, ((0, 0, 16.0), (2.0, 6.0, 10.0), (0, 5.0, -9.0)))]
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, loads=loads, joints=[joint], bodies=bodies)
+
+
+def apart(model, result):
+    """Distance at the end of the points of two bodies that were at the origin, over the shell's
+    size, and the difference of their velocities over the fastest node's."""
+    first, x, found = model.directors.first, model.nodes + result.displacement, []
+    for i in range(len(model.nodes) - 2, len(model.nodes)):
+        own = slice(first[i], first[i] + 3)
+        arm = -model.normals[own] @ model.nodes[i]
+        found.append((x[i] + arm @ result.directors[own],
+                      result.velocity[i] + arm @ result.director_rates[own]))
+    (place, rate), (other, other_rate) = found
+    return (np.linalg.norm(place - other) / model.size,
+            np.linalg.norm(rate - other_rate) / np.linalg.norm(result.velocity, axis=1).max())
+
+
+def run_linked():
+    """Energy and losses less works, momenta less impulses, and how far joints come apart."""
+    origin, axis = (0.0, 0.0, 0.0), (1.0, 0.3, 0.2)
+    for kind, joint in (("ball", Ball("a", "b", origin)), ("revolute with spring and damper",
+                        Revolute("a", "b", origin, axis, stiffness=4.0, damping=0.5))):
+        model = linked(joint)
+        result = simulate(model, Settings(dt=0.02, end_time=2.0, scheme=EXACT))
+        energy, linear, angular = drifts(result)
+        gap, rate = apart(model, result)
+        yield small(f"{kind}: energy + lost - works", energy, 1e-11, ROUNDED)
+        yield small(f"{kind}: L - impulses", linear, 1e-12, ROUNDED)
+        yield small(f"{kind}: J - moments of impulses", angular, 1e-11, ROUNDED)
+        yield small(f"{kind}: points apart, over the size", gap, 1e-12, ROUNDED)
+        yield small(f"{kind}: their velocities, over the fastest", rate, 1e-10, ROUNDED)
+
+
 def run_pendulum():
     elbow, end = swung()
     reason = "second order in dt, bending of E = 1e12"
@@ -212,6 +263,9 @@ CASES = (
     Case("joint-conservation", "joints", "energy and momenta to rounding error with springs, "
          "servos, dampers, stops, latches and motors", "own", "three free plates 2 x 1 x 0.02",
          run_conservation),
+    Case("linked-conservation", "joints", "energy and momenta to rounding error with bodies and "
+         "multipliers, nothing comes apart", "own", "two free plates 2 x 1 x 0.02 on bodies of 20 "
+         "and 30 kg", run_linked),
     Case("double-pendulum", "joints", "stiff plates swing as rigid bodies do", "own",
          "two plates 1 x 0.5 x 0.05, E = 1e12, 1 s against DOP853", run_pendulum),
 )

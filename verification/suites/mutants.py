@@ -71,6 +71,21 @@ EXACT = (
            "end, start = step.strain_end - lag, step.strain_start + lag", ("exact-dissipation",)),
 )
 
+JOINTS = (
+    Mutant("a hinge's triple product without its cubic part", "kernels/hinges.py",
+           "dp[1], 0.25 * on_tau", "dp[1], 0.0 * on_tau", ("hinge-work", "joint-conservation")),
+    Mutant("a hinge's angle as its sine", "kernels/hinges.py",
+           "ratio = math.atan2(sine, cosine) / sine", "ratio = 1.0", ("hinge-work",)),
+    Mutant("a stop's moment from the middle of the step", "kernels/hinges.py",
+           "return 0.5 * stiffness * (a * a - b * b) / (after - before)",
+           "return 0.5 * stiffness * side * (a + b)", ("joint-conservation",)),
+    Mutant("constraints without impulses at both ends of a step", "system/multipliers.py",
+           "missed = self._G_1 @ rates", "missed = 0.0 * rates[:len(self._G_1)]",
+           ("linked-conservation",)),
+    Mutant("constraints' gradients at the end of the step", "system/multipliers.py",
+           "0.5 * (u[0] + u[1]), 0.5 * (d[0] + d[1])", "u[1], d[1]", ("linked-conservation",)),
+)
+
 MODES = (
     Mutant("Coriolis forces of half their size", "modes/matrices.py", "G = 2.0 * J.T",
            "G = 1.0 * J.T", ("whirling",)),
@@ -96,6 +111,8 @@ CASES = (
          "the source with one piece of text replaced", partial(run, SCHEME), slow=True),
     Case("mutants-exact", "mutants", "wrong exact schemes are caught", "own",
          "the source with one piece of text replaced", partial(run, EXACT), slow=True),
+    Case("mutants-joints", "mutants", "wrong joints are caught", "own",
+         "the source with one piece of text replaced", partial(run, JOINTS), slow=True),
     Case("mutants-modes", "mutants", "wrong modes are caught", "own",
          "the source with one piece of text replaced", partial(run, MODES), slow=True),
 )
