@@ -12,6 +12,7 @@ from corovec import (
     Ball,
     Cylindrical,
     Damping,
+    Drive,
     Expression,
     Gravity,
     InputError,
@@ -26,6 +27,7 @@ from corovec import (
     RigidLink,
     Scheme,
     Settings,
+    Spherical,
     Steps,
     Support,
     Tie,
@@ -466,6 +468,8 @@ def test_moment_of_a_drive():
     ([Ball("a", 700, (0, 0, 0))], "node 700 does not exist"),
     ([Ball("a", 2, (0, 0, 0))], "node 2 is at .* the joint at"),
     ([RigidLink("a", "b", (0, 0, 0), (0, 0, 0))], "both points are at"),
+    ([RigidLink(2, "b", (9, 9, 9), (0, 0, 0.1))], "node 2 is at .* the joint at"),
+    ([Spherical([2, 30])], "node 30 is that of a rigid body"),
     ([Ball("a", "b", (0, 0, 0), name="x"), Ball("a", "b", (0, 0, 0.5), name="x")],
      "two joints are named 'x'"),
 ])
@@ -613,3 +617,40 @@ def test_no_body(values, message):
 def test_what_bodies_do_not_know(values, message):
     with pytest.raises(InputError, match=message):
         wings([Ball("a", "b", (0, 0, 0))], **values)
+
+
+# ------------------------------------------------------------------ supports of what joints hold
+
+ROCKING = Expression("1-cos(3*t)")
+HELD = {
+    "clamped body": Support([30], ("x", "y", "z", "px", "py", "pz")),
+    "one direction of a body": Support([30], ("px",)),
+    "a carried node": Support([0], ("x", "y", "z", "px", "py", "pz")),
+}
+
+
+@pytest.mark.parametrize("scheme", [EXACT, Scheme()], ids=["exact", "quasi"])
+@pytest.mark.parametrize("kind", HELD)
+def test_reactions_have_what_joints_pass_on(kind, scheme):
+    """Momenta change by the impulses of loads and supports, also where these hold a body or what it
+    carries (without the moments of joints: 2e-2 of the largest in a step)."""
+    model = wings([Revolute("a", "b", (0, 0, 0), AXIS)], supports=[HELD[kind]])
+    history = simulate(model, Settings(dt=0.02, end_time=0.4, scheme=scheme)).history
+    for momentum, reaction, load, scale in (
+            ("linear_momentum", "reaction", "load", "momentum_scale"),
+            ("angular_momentum", "reaction_moment", "load_moment", "angular_scale")):
+        off = np.diff(history[momentum], axis=0) - 0.02 * (history[reaction] + history[load])[1:]
+        assert np.abs(off).max() < 1e-6 * history[scale].max()
+
+
+@pytest.mark.parametrize("moved", [Support([30], ("x", "y", "z"), 0.2, ROCKING),
+                                   Drive([30], (0.1, 0, 0.2), (0.2, 0.3, 0.1), (0, 0, 0), ROCKING)],
+                         ids=["shifted", "driven"])
+def test_work_of_supports_that_move_bodies(moved):
+    """It is all that the energy changes by (4e-3 off without that of impulses, and where rates of
+    constraints do not follow the supports)."""
+    model = wings([Revolute("a", "b", (0, 0, 0), AXIS)], supports=[moved], loads=False)
+    history = simulate(model, Settings(dt=0.02, end_time=0.4, scheme=EXACT)).history
+    energy = total_energy(history)
+    missed = energy - history["external_work"] - history["support_work"]
+    assert energy.max() > 1.0 and np.abs(missed).max() < 1e-11 * energy.max()

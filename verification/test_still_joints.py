@@ -2,6 +2,8 @@
 motion begins there, against shells that need none, hand statics and bodies on springs."""
 
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigvalsh
@@ -481,3 +483,60 @@ def test_supports_that_move_carry_bodies(solve):
     moved, forces = lifted(RigidLink("ground", "tip", (1.2, 0.5, -9.0), (1.2, 0.5, 0.0)))
     assert abs(moved[-1, 2]) < 1e-3 and moved[0, 2] == pytest.approx(0.1, rel=1e-12)
     assert forces[-1, 2] < -1.0
+
+
+# ------------------------------------------------------------------ joints that turn further
+
+def servo():
+    """A plate on a body that a spring turns by 1.5 turns against the ground."""
+    mesh = strip(0.5, 2)
+    edge = np.flatnonzero(mesh.nodes[:, 0] < 0.5 + 1e-9).tolist()
+    body = RigidBody("b", 10.0, (1.0, 1.0, 1.5), (0.0, 0.5, 0.0), edge)
+    joint = Revolute("ground", "b", (0, 0.5, 0), (0, 1, 0), stiffness=40.0, rest=9.0)
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, bodies=[body], joints=[joint])
+
+
+def folded():
+    """The same of a hinge."""
+    mesh, *sides = cut(block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2)),
+                       (1, 0, 0), (1, 1, 0))
+    return Model.of(mesh, 0.02, 2e8, 0.3, 1000.0,
+                    supports=[Support(mesh.nodes_at(x=0.0).tolist(), ALL)],
+                    joints=[Hinge(*sides, stiffness=40.0, rest=9.0)])
+
+
+FACTORS = np.linspace(0.1, 1.0, 10)
+
+
+@pytest.mark.filterwarnings("ignore::corovec.AccuracyWarning")  # nothing acts: all is rounding
+@pytest.mark.parametrize("made", [servo, folded])
+def test_turns_beyond_half_a_turn(made, tmp_path):
+    """A spring that is slack all the way stores nothing, also in a path that goes on and in a
+    motion that begins there."""
+    model, file = made(), tmp_path / "path.h5"
+    whole = load_control(model, FACTORS)
+    try:
+        load_control(model, FACTORS, output=file, progress=_stop_at(0.9))
+    except KeyboardInterrupt:
+        pass
+    for path in whole, load_control(model, FACTORS, output=file, resume=True):
+        np.testing.assert_allclose(path.joint_angles[:, 0], 9.0 * FACTORS, rtol=1e-9)
+        assert np.abs(path.joint_moments).max() < 1e-9
+        assert np.abs(path.strain_energy).max() < 1e-12
+    motion = simulate(model, Settings(dt=0.01, end_time=0.02, scheme=EXACT), start=whole.states[-1])
+    assert np.abs(motion.total_energy).max() < 1e-12
+
+
+def test_a_motion_goes_on_with_angles_and_latches():
+    """A motion in two parts is that in one: springs are wound as far, latches hold."""
+    model = servo()
+    joint = replace(model.joints[0], lock=4.0, lock_stiffness=300.0, lock_damping=5.0)
+    model = replace(model, thickness=0.1, joints=[joint])
+    one, two = (simulate(model, Settings(dt=0.05, end_time=end, scheme=EXACT)) for end in (2, 3))
+    assert one.hinges[0, 0] > np.pi and one.hinges[0, 1] == 1.0
+    other = simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT), start=one.state)
+    np.testing.assert_allclose(other.total_energy, two.total_energy[40:], rtol=1e-9)
+    np.testing.assert_allclose(other.hinges, two.hinges, rtol=1e-8)
+    with pytest.raises(InputError, match=r"start.hinges: shape \(3, 2\) given"):
+        simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT),
+                 start=one.state._replace(hinges=np.zeros((3, 2))))

@@ -65,6 +65,7 @@ class Result:
         settings: ``Settings``.
         items: ``{kind: names}`` of the joints, bodies and springs whose energies are kept, see
             ``energy_table``.
+        hinges: (n, 2) angles and latches of joints at the end, as of a ``Configuration``.
     """
 
     history: np.ndarray
@@ -80,6 +81,7 @@ class Result:
     memory: float | None
     settings: Settings
     items: dict = None
+    hinges: np.ndarray = None
 
     def __repr__(self):
         last = self.history[-1]
@@ -95,7 +97,7 @@ class Result:
     def state(self):
         """``Configuration`` at the end, for ``stresses``, and for another run to start from."""
         return Configuration(self.displacement, self.directors, velocity=self.velocity,
-                             director_rates=self.director_rates)
+                             director_rates=self.director_rates, hinges=self.hinges)
 
     @property
     def balance(self):

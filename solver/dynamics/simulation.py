@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..errors import InputError, StepError
+from ..kernels.hinges import SLACK
 from ..model.histories import Steps
 from ..model.joints import names_of
 from ..model.loads import Centrifugal, Drive
@@ -157,7 +158,8 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     return Result(run.history, system.displacement(run.state), system.nodal_normals(run.place),
                   run.place.start.p, system.coordinates.velocity(run.state).copy(),
                   run.place.start.p_dot, model.unloaded_at, model.grounded,
-                  system.solver.name, seconds, peak_memory(), settings, probes.energies.names)
+                  system.solver.name, seconds, peak_memory(), settings, probes.energies.names,
+                  run.state.hinges[:, :SLACK].copy())
 
 
 RARELY, LEAST, MOST = 2e6, 25, 200
@@ -184,11 +186,13 @@ class _Run:
 
     def __init__(self, system, settings, probes, start):
         self._system, self._settings, self._probes = system, settings, probes
-        self._start = start and (start.displacement, start.directors, start.velocity,
-                                 start.director_rates)
+        self._start = start and [array for array in start if isinstance(array, np.ndarray)]
         self.state = system.initial_state(start, settings.scheme.uses_accelerations)
         system.driven.check(self.state, at_time(0.0))
         system.driven.set_rates(self.state, at_time, 0.0, settings.dt)
+        if system.linked and system.driven.moving:
+            driven = system.loads(0.0, 0.0, settings.dt).driven
+            system.linked.keep_rates(self.state, driven.before)
         self.place = system.observe(self.state)
         self.history = np.zeros(settings.n_steps + 1, dtype=probes.row)
         probes.attach(self.history)

@@ -96,6 +96,7 @@ class Stepper:
             reactions = system.reactions(state, place, problem.step, problem.loads,
                                          problem.averaged)
             driven = system.work_of_supports(delta)
+            late = system.linked and system.forces_of_impulses()
         joints, done = self._joints and dt * system.joints(state, place), 0.0
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         work = self._work(problem, time, delta)
@@ -111,6 +112,8 @@ class Stepper:
             if system.linked:
                 drives = system.linked.settle(state, delta, problem.loads.driven)
                 work += float(drives.sum())
+                if system.driven.moving:
+                    driven += dt * float(late @ state.velocity)
             switches = system.coordinates.renew(state, dt)
             if system.turnings:
                 state.hinges[:, SLACK] = problem.loads.slacks
@@ -118,6 +121,8 @@ class Stepper:
             if system.driven.moving:
                 driven -= place.observed.energy
                 system.driven.set_rates(state, at_time, time + dt, dt)
+                if system.linked:
+                    system.linked.keep_rates(state, problem.loads.driven.after)
                 system.observe(state, place)
                 driven += place.observed.energy
             if system.damping:

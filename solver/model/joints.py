@@ -252,6 +252,9 @@ def check_joints(joints, nodes, quads):
         if not len(pairs):
             continue
         existing(f"{name}: node", pairs.ravel().tolist(), len(nodes))
+        if pairs.max() > quads.max():
+            raise InputError(f"{name}: node {pairs.max()} is that of a rigid body, which takes a "
+                             "Ball or a Revolute")
         same = pairs[:, 0] == pairs[:, 1]
         if np.any(same):
             raise InputError(f"{name}: node {pairs[np.argmax(same), 0]} is joined to itself; each "

@@ -243,11 +243,11 @@ def check_linked(name, joint, nodes, bodies, joined):
     for group in joined:
         if len(set(group).intersection(end for end in joint.ends if not isinstance(end, str))) > 1:
             raise InputError(f"{name}: its nodes are joined already")
-    if isinstance(joint, RigidLink):
-        return
-    place = joint.place(nodes)
     size = np.ptp(nodes, axis=0).max()
-    for end in joint.ends:
-        if not isinstance(end, str) and np.linalg.norm(nodes[end] - place) > 1e-6 * size:
+    link = isinstance(joint, RigidLink)
+    for end, place in zip(joint.ends, (joint.at, joint.to) if link else 2 * [joint.place(nodes)]):
+        if isinstance(end, str) or place is None:
+            continue
+        if np.linalg.norm(nodes[end] - place) > 1e-6 * size:
             raise InputError(f"{name}: node {end} is at {nodes[end].tolist()}, the joint at "
-                             f"{place.tolist()}")
+                             f"{np.array(place).tolist()}")

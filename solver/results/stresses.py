@@ -23,6 +23,7 @@ import numpy as np
 from ..checks import flag, floats, plain_array, vector
 from ..errors import InputError
 from ..model.constants import apart, in_surface, local_frames
+from ..model.joints import places_of
 from ..model.model import Model
 from ..signatures import checked
 
@@ -42,6 +43,8 @@ class Configuration(NamedTuple):
         linear: whether both are small, and strains linear in them.
         velocity: (n_nodes, 3) [m/s]; None at rest.
         director_rates: (n_directors, 3) [1/s]; None at rest.
+        hinges: (n, 2) of every place at which a joint has a moment or a drive its angle [rad] and
+            whether its latch holds, 1 or 0; None where all are within half a turn and none holds.
     """
 
     displacement: np.ndarray
@@ -49,6 +52,7 @@ class Configuration(NamedTuple):
     linear: bool = False
     velocity: np.ndarray = None
     director_rates: np.ndarray = None
+    hinges: np.ndarray = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,7 +222,12 @@ def configuration(name, model, given):
     off = np.abs(np.linalg.norm(p, axis=1) - 1.0)
     if off.max() > 1e-9:
         raise InputError(f"{name}.directors[{off.argmax()}] is no unit vector")
-    return Configuration(u, p, False, v, w)
+    hinges, places = given.hinges, places_of(model.joints)
+    if hinges is not None and not (places or np.size(hinges)):
+        hinges = None
+    if hinges is not None:
+        hinges = floats(f"{name}.hinges", hinges, (places, 2))
+    return Configuration(u, p, False, v, w, hinges)
 
 
 def recovered(model, e, b, displacement, directors, axes=None):

@@ -14,6 +14,7 @@ from ..checks import instance
 from ..errors import StepError
 from ..kernels import updates
 from ..kernels.arguments import STATIC
+from ..kernels.hinges import SLACK
 from ..model.model import Model
 from ..system.failure import NotConverged
 from ..system.loads import at_factor
@@ -216,6 +217,7 @@ class Equilibrium:
         if not self._geometric:
             predicted.b[:] = 0.0
             predicted.e[:] = 0.0
+        self.state.hinges[:, SLACK] = self.system.turnings.slacks(at_factor(factor))
         self.system.observe(self.state, self.place)
         self.system.assemble(self.state, self.place, STATIC, self._zero,
                              self.system.loads_by(at_factor(factor)), tangent=tangent,

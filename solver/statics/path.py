@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from ..errors import AccuracyWarning, StabilityWarning, warn
-from ..kernels.hinges import ANGLE
+from ..kernels.hinges import ANGLE, SLACK
 from ..runtime.memory import peak_memory
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
@@ -29,7 +29,7 @@ class Path:
 
     def __init__(self, model, settings):
         self.equilibrium = Equilibrium(model, settings)
-        self._joints = []
+        self._joints, self._hinges = [], []
         self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
@@ -99,13 +99,19 @@ class Path:
         angles = system.angles(equilibrium.state, equilibrium.place, last)
         self._joints.append(np.column_stack([
             system.joints(equilibrium.state, equilibrium.place), angles]))
+        self._hinges.append(equilibrium.state.hinges[:, :SLACK].copy())
 
     def _take_joints(self):
-        """The same of all rows of a file, which does not have them, and the multipliers there."""
+        """The same of all rows of a file, which does not have them, and the multipliers there.
+
+        Angles are followed from row to row, from zero on; the last ones are those of the state.
+        """
         equilibrium = self.equilibrium
-        reached = equilibrium.state.pack()
+        reached, last = equilibrium.state.pack(), equilibrium.state.hinges.copy()
         equilibrium.state.hinges[:, ANGLE] = 0.0  # of the first row; each is nearest to the last
         for k, factor in enumerate(self.rows.factors):
+            if k == len(self.rows) - 1:
+                equilibrium.state.hinges[:] = last
             equilibrium.take(self.rows.configuration(k))
             equilibrium.lean(factor)
             equilibrium.assemble(factor, tangent=False)
@@ -118,7 +124,8 @@ class Path:
         equilibrium = self.equilibrium
         joints = np.array(self._joints[first:])
         return StaticResult(*self.rows.columns(first), joints[..., :3], joints[..., 3],
-                            joints[..., 4:7], joints[..., 7], tuple(equilibrium.works),
+                            joints[..., 4:7], joints[..., 7], np.array(self._hinges[first:]),
+                            tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock, peak_memory())
 

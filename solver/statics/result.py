@@ -86,6 +86,7 @@ class StaticResult:
         joint_couples: (n, n_joints, 3) moments of joints with ends about their places, on the same
             end as their forces [N m].
         joint_angles: (n, n_joints) of hinges, and of revolute joints whose angle takes part [rad].
+        hinges: (n, n_places, 2) angles of joints at their places, as of a ``Configuration``.
         solver: the linear solver that ran.
         indefinite: factorizations with negative pivots (None: the solver does not tell).
         seconds: wall-clock seconds.
@@ -111,6 +112,7 @@ class StaticResult:
     joint_moments: np.ndarray
     joint_couples: np.ndarray
     joint_angles: np.ndarray
+    hinges: np.ndarray
     works: tuple
     solver: str
     indefinite: int
@@ -124,7 +126,9 @@ class StaticResult:
     @property
     def states(self):
         """``Configuration`` of every row, for ``stresses``."""
-        return [Configuration(*row) for row in zip(self.displacement, self.directors)]
+        return [Configuration(displacement, directors, hinges=hinges) for
+                displacement, directors, hinges in zip(self.displacement, self.directors,
+                                                       self.hinges)]
 
     @property
     def balance(self):

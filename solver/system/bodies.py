@@ -47,6 +47,10 @@ class Bodies:
         return 0.5 * (self._mass * np.sum(state.velocity[self._dofs]**2, axis=1)
                       + turns[len(turns) - 3 * len(self.cells):].reshape(-1, 9).sum(axis=1))
 
+    def rates(self, work):
+        """(n_directors, 3) inertial forces on their directors beside those of ``NodalWork``."""
+        return np.zeros_like(work.rate_p)
+
     def observed(self, shell, state, start):
         """``arguments.Observation`` of the ``shell`` with these bodies."""
         at, m, I = self.cells[:, 0], self._mass[:, None], self._spread[:, None]
@@ -80,6 +84,9 @@ class TurningBodies(Bodies):
             block = np.einsum("k,kcr,kcs->rs", iterate.step.mass * self._spread[d], A1, A1)
             at = storage.diagonal[self._start[i] + 3 + rows]
             values[at - (rows - columns) * storage.stride] += block[rows, columns]
+
+    def rates(self, work):
+        return self._spread[:, None] * work.inertial_p
 
     def _directors(self):
         for i in self.cells[:, 0]:

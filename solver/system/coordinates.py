@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..kernels import nodes, updates
 from ..kernels.arguments import DONE, Nodes
 from ..kernels.calls import Call
+from ..kernels.hinges import SLACK
 from ..model.joints import places_of
 from .constraints import constraints
 from .failure import NotConverged
@@ -62,6 +63,8 @@ class Charts:
         if start is not None:
             state.x[:] += start.displacement
             p, velocity, rates = start.directors, start.velocity, start.director_rates
+            if start.hinges is not None:
+                state.hinges[:, :SLACK] = start.hinges
         state.velocity[self._translations] = velocity
         self._set_rotations(model, state, p, rates)
         if self.constraints:

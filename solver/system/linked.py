@@ -152,6 +152,10 @@ class Linked:
         parts = [self.on(k) for k in grounded] or [np.zeros((2, 3))]
         return tuple(np.sum(parts, axis=0))
 
+    def late(self):
+        """(n_dof,) forces that impulses have beside those in the residual; none in equilibrium."""
+        return np.zeros(self._n_dof)
+
     def _end_of(self, number):
         """Nodes of the end on which a joint's force is told."""
         joint = self._model.joints[number]

@@ -88,7 +88,8 @@ class Multipliers(StepLinks):
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
         self._n[:] = self._rates_end(self._rows_end(work.frames), rates, driven)
         at = self._nodes
-        self._at = (step.rate_delta, state.x[at] + state.x_low[at], work.dx[at].copy(),
+        self._rate = step.rate_delta
+        self._at = (state.x[at] + state.x_low[at], work.dx[at].copy(),
                     state.chart[at], work.frames[at])
         spread = np.zeros(len(self.dofs))
         self._spread(self._nodes, self._local, self._n_rot, state.chart, work.frames,
@@ -104,31 +105,57 @@ class Multipliers(StepLinks):
         end ``other``, or on ``one`` where the other is the ground.  Means of the step of the
         iterate whose forces were added last: of the multipliers at its middle, and of the impulses
         at both ends."""
-        rate, x, dx, before, after = self._at
-        rows = 1.0 * (self.owners == number)
-        hard = rows[:self._hard]
-        first, last = self._impulses(self._n)
-        acting = ((-self._G_m.T @ (rows * self.forces), 0.5),
-                  (rate * (self._G_0.T @ (hard * first)), 0.0),
-                  (-rate * (self._G_1.T @ (hard * last)), 1.0))
+        x, dx, _, _ = self._at
         force, moment = np.zeros((2, 3))
-        for i in self._end_of(number):
-            j = np.searchsorted(self._nodes, i)
-            at, n = self._local[i], self._n_rot[i]
-            for f, part in acting:
-                axes = before[j] + part * (after[j] - before[j])
-                if n == 2:
-                    axes = np.stack([axes[1], -axes[0]]) / (axes[2] @ axes[2])
-                elif part == 0.5:
-                    axes = before[j]
-                force += f[at:at + 3]
-                moment += np.cross(x[j] + part * dx[j], f[at:at + 3]) + f[at + 3:at + 3 + n] @ axes
+        for f, part in self._acting(self.owners == number):
+            for i in self._end_of(number):
+                j, own = np.searchsorted(self._nodes, i), f[self._local[i] + np.arange(3)]
+                force += own
+                moment += np.cross(x[j] + part * dx[j], own) + self._torque(i, f, part)
         return force, moment
 
     def _rows_end(self, frames):
         """Gradients (hard, n_local) at the end of the step."""
         u, d = self._u[1], self._d[1]
         return self._rows(frames, u, d, *self._weights(u))[:self._hard]
+
+    def torques(self):
+        """(n_nodes, 3) of all joints on nodes, means of the step [N m]."""
+        found = np.zeros((len(self._local), 3))
+        for f, part in self._acting(np.ones(len(self.owners), dtype=bool)):
+            for i in self._nodes:
+                found[i] += self._torque(i, f, part)
+        return found
+
+    def _acting(self, rows):
+        """Forces (n_local,) of some rows, and the part of the step after which they act."""
+        rate, hard = self._rate, rows[:self._hard]
+        first, last = self._impulses(self._n)
+        return ((-self._G_m.T @ (rows * self.forces), 0.5),
+                (rate * (self._G_0.T @ (hard * first)), 0.0),
+                (-rate * (self._G_1.T @ (hard * last)), 1.0))
+
+    def _torque(self, i, f, part):
+        """(3,) moment on node i of forces that act after a part of the step."""
+        *_, before, after = self._at
+        j, at, n = np.searchsorted(self._nodes, i), self._local[i] + 3, self._n_rot[i]
+        axes = before[j] + part * (after[j] - before[j])
+        if n == 2:
+            axes = np.stack([axes[1], -axes[0]]) / (axes[2] @ axes[2])
+        elif part == 0.5:
+            axes = before[j]
+        return f[at:at + n] @ axes
+
+    def _rates_missed(self, state, wanted):
+        """By how much rates of a ``state`` miss those of its constraints, of drives the ``wanted``
+        ones."""
+        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
+                    self._u[1], self._d[1])
+        return self._missed(self._rows_end(state.chart), state.velocity[self.dofs], wanted)
+
+    def _pushed(self, impulse):
+        """(n_dof,) rates by an impulse (n_local,) at the end."""
+        return self._inverse @ impulse
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works

@@ -96,10 +96,20 @@ class QuasiLinks(ChartRows, StepLinks):
         self._miss(state, change, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
         self._n[:] = self._rates_end(self._G[:self._hard], rates, driven)
-        self._told = step.rate_delta, (state.x + state.x_low, x_m, self._x)
-        spread = np.where(self._turning_dofs, masses @ (self._kick @ self._n),
+        self._rate, self._told = step.rate_delta, (state.x + state.x_low, x_m, self._x)
+        spread = np.where(self._turning_dofs & ~self._held, masses @ (self._kick @ self._n),
                           self._impulse @ self._n)
         forces[self.dofs] += step.velocity * spread - self._G_m.T @ self.forces
+
+    def _rates_missed(self, state, wanted):
+        """As of ``Multipliers``."""
+        self._at_state(state)
+        self._mobile = self._mobilities(self._start.A1)
+        return self._missed(self._G[:self._hard], state.velocity[self.dofs], wanted)
+
+    def _pushed(self, impulse):
+        """(n_dof,) rates by an impulse (n_local,) at the end."""
+        return self._coordinates.free(self._moved(self._mobile, impulse))
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
@@ -115,17 +125,31 @@ class QuasiLinks(ChartRows, StepLinks):
 
     def on(self, number):
         """As of ``Multipliers``."""
-        rate, places = self._told
-        rows = 1.0 * (self.owners == number)
-        hard = rows[:self._hard]
-        first, last = self._impulses(self._n)
-        acting = (rate * (self._G_0.T @ (hard * first)), -self._G_m.T @ (rows * self.forces),
-                  -rate * (self._G_1.T @ (hard * last)))
         force, moment = np.zeros((2, 3))
-        for i in self._end_of(number):
-            at, n = self._local[i], self._n_rot[i]
-            for f, x, spins in zip(acting, places, (self._before, self._middle, self._spins)):
-                force += f[at:at + 3]
-                moment += np.cross(x[i], f[at:at + 3])
-                moment += np.linalg.pinv(spins[i, :n]) @ f[at + 3:at + 3 + n]
+        for f, x, spins in self._acting(self.owners == number):
+            for i in self._end_of(number):
+                own = f[self._local[i] + np.arange(3)]
+                force += own
+                moment += np.cross(x[i], own) + self._torque(i, f, spins)
         return force, moment
+
+    def torques(self):
+        """As of ``Multipliers``."""
+        found = np.zeros((len(self._local), 3))
+        for f, _, spins in self._acting(np.ones(len(self.owners), dtype=bool)):
+            for i in self._nodes:
+                found[i] += self._torque(i, f, spins)
+        return found
+
+    def _acting(self, rows):
+        """Forces (n_local,) of some rows, and the places and spins of nodes where they act."""
+        rate, hard = self._rate, rows[:self._hard]
+        first, last = self._impulses(self._n)
+        forces = (rate * (self._G_0.T @ (hard * first)), -self._G_m.T @ (rows * self.forces),
+                  -rate * (self._G_1.T @ (hard * last)))
+        return zip(forces, self._told, (self._before, self._middle, self._spins))
+
+    def _torque(self, i, f, spins):
+        """(3,) moment on node i of forces."""
+        at, n = self._local[i] + 3, self._n_rot[i]
+        return np.linalg.pinv(spins[i, :n]) @ f[at:at + n]

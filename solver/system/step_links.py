@@ -31,7 +31,7 @@ JUMP = 1e-9
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
 
-ROUNDED = 1e-14
+ROUNDED = 1e-13
 """The same of the fastest nodes, what rounding leaves in a constraint along which none moves."""
 
 LEAST = 1e-12
@@ -134,10 +134,15 @@ class StepLinks(Linked):
     def _rates_end(self, G, rates, driven):
         """n by which ``G v_1`` is what drives want, of rates (n_local,) without impulses; G: (hard,
         n_local) at the end of the step."""
+        missed = self._missed(G, rates, driven.after)
+        return np.linalg.solve(G @ self._kick + self._root_1, missed)
+
+    def _missed(self, G, rates, wanted):
+        """By how much ``G v_1`` misses what drives want, (k,) [rad/s]."""
         self._G_1, self._root_1 = G, root_of(self._mobility(G))
         missed = G @ rates
-        missed[self._m:] -= driven.after
-        return np.linalg.solve(G @ self._kick + self._root_1, missed)
+        missed[self._m:] -= wanted
+        return missed
 
     def _impulses(self, n):
         """(hard,) multipliers of the rates at both ends, ``L^-T n``."""
@@ -168,6 +173,22 @@ class StepLinks(Linked):
         self.forces += change
         self._drive = np.abs(change[self._of_drives]) @ np.abs(self._way), self._drive[0]
         return change
+
+    def keep_rates(self, state, wanted):
+        """Take rates of a ``state`` by which its constraints are kept where supports have taken
+        theirs, those of drives ``wanted`` (k,) [rad/s]."""
+        missed = self._rates_missed(state, wanted)
+        impulse = solve_triangular(self._root_1, missed, lower=True)
+        impulse = solve_triangular(self._root_1.T, impulse, lower=False)
+        state.velocity[:] -= self._pushed(self._G_1.T @ impulse)
+
+    def late(self):
+        """(n_dof,) forces that the impulses have beside those in the residual, which has twice that
+        of the start of the step."""
+        first, last = self._impulses(self._n)
+        found = np.zeros(self._n_dof)
+        found[self.dofs] = self._rate * (self._G_0.T @ first + self._G_1.T @ last)
+        return found
 
     def settled(self, energy):
         """Whether the work of drives is, for an ``energy`` of the motion [J], or gets no better.

@@ -17,7 +17,6 @@ from ..model.joints import Hinge
 from .constrained import Linking
 from .joints import Angle
 from .linear import SuperLU, UnsymmetricLU
-from .reactions import along
 from .still_links import StillLinks
 from .system import System
 
@@ -96,18 +95,6 @@ class StillSystem(System):
         super()._add_items(iterate, loads)
         if self.linked:
             self.linked.stiffen(self.dofs.nodes, iterate)
-
-    def reactions(self, state, place, step, loads, averaged=False):
-        """As of ``System``, with the moments by which supports hold joints."""
-        found = super().reactions(state, place, step, loads, averaged)
-        if not self.linked:
-            return found
-        at, first = self._supported.held, self.model.directors.first
-        moments = -self.linked.torques()[at]
-        smooth = self.numbering.n_rot[at] == 2
-        moments[smooth] -= along(moments[smooth], self.nodal.p_mid[first[at[smooth]]])
-        found.moments[at] += moments
-        return found._replace(moment=found.moment + moments.sum(axis=0))
 
     def forces_of_springs(self, state, start, motion):
         """As of ``System``, with those of revolute joints."""

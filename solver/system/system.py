@@ -333,8 +333,7 @@ class System:
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
             loads.dead.moments)
         if self.linked:
-            force, moment = self.linked.ground()
-            found = found._replace(force=found.force + force, moment=found.moment + moment)
+            found = self._with_joints(found, x)
         if not self._inner:
             return found
         forces = self._ground_forces[self.translations]
@@ -343,6 +342,25 @@ class System:
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + forces.sum(axis=0),
                          found.moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def _with_joints(self, found, x):
+        """``Reactions`` with what joints hold to the ground, and by which supports at positions x
+        (n_nodes, 3) hold joints."""
+        at, first = self._supported.held, self.model.directors.first
+        moments = np.zeros_like(x)
+        moments[at] = -self.linked.torques()[at]
+        smooth = at[self.numbering.n_rot[at] == 2]
+        moments[smooth] -= along(moments[smooth], self.nodal.p_mid[first[smooth]])
+        forces = self.forces_of_impulses()[self.translations]
+        force, moment = self.linked.ground()
+        return Reactions(found.forces + forces, found.moments + moments,
+                         found.force + force + forces.sum(axis=0),
+                         found.moment + moment + (np.cross(x, forces) + moments).sum(axis=0))
+
+    def forces_of_impulses(self):
+        """(n_dof,) by which supports hold the impulses of joints beside those in the residual."""
+        late = self.linked.late()
+        return late - self.free(late)
 
     def joints(self, state, place):
         """(n_joints, 7) force of every joint [N], on the plate of the first nodes, or as of
@@ -368,10 +386,12 @@ class System:
         """(n, 3) ``p x f`` of the internal and inertial forces f on the normals that
         ``Supported.directors`` names, of the iterate that was assembled last [N m]."""
         work, at = self.nodal, self._supported.directors
-        p = work.p_mid[at]
+        p, rates = work.p_mid[at], work.rate_p[at]
+        if self.bodies:
+            rates = rates + self.bodies.rates(work)[at]
         if not averaged:
-            return np.cross(p, work.force_p[at] + work.rate_p[at])
-        return np.cross(p, work.rate_p[at]) + sum(
+            return np.cross(p, work.force_p[at] + rates)
+        return np.cross(p, rates) + sum(
             np.cross(normals[at], of[at])
             for normals, of in zip((work.p_end, place.start.p), work.ends_p))
 
