@@ -73,9 +73,12 @@ def wings(joints=(), bodies=None, loads=True, **options):
                     bodies=bodies, **options)
 
 
+INNER = [int(i) for i in np.flatnonzero(np.abs(np.abs(np.r_[
+    plate(0.5).nodes, plate(-3.5).nodes][:, 0]) - 0.5) < 1e-9)]
+"""Nodes of both inner edges."""
+
 KINDS = {
-    "one body": dict(bodies=[RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0, 0.0),
-                                       [0, 5, 10, 19, 24, 29])]),
+    "one body": dict(bodies=[RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0, 0.0), INNER)]),
     "ball": dict(joints=[Ball("a", "b", (0, 0, 0))]),
     "revolute": dict(joints=[Revolute("a", "b", (0, 0, 0), AXIS)]),
     "universal": dict(joints=[Universal("a", "b", (0, 0, 0), (1, 0, 0), (0, 1, 0))]),
@@ -98,9 +101,6 @@ KINDS = {
         Revolute("ground", "b", (0, 0, 0), AXIS, 1.0, Expression("1-cos(t)")),
         Ball("a", "b", (0, 0, 0))]),
 }
-KINDS["one body"]["bodies"] = [RigidBody("hub", 50.0, (5.0, 6.0, 8.0), (0.0, 0.0, 0.0), [
-    int(i) for i in np.flatnonzero(np.abs(np.abs(np.r_[plate(0.5).nodes, plate(-3.5).nodes][:, 0])
-                                          - 0.5) < 1e-9)])]
 
 
 SAMPLE = ("one body", "revolute", "latch", "driven from the ground")
