@@ -262,6 +262,7 @@ def test_many_models_in_memory():
             assert len(results[3].displacement) == 155 and results[3].settings.end_time == 0.1
 
 
+@pytest.mark.slow
 def test_many_models_with_probes():
     """A place is that of a node of each mesh; a mesh without one leaves its exception."""
     short = Settings(dt=0.02, end_time=0.2)
@@ -290,6 +291,7 @@ def test_many_models_start_from_one_state():
         run_many(items, start=0)
 
 
+@pytest.mark.slow
 def test_script_that_starts_itself_again_is_told_so(tmp_path):
     """Spawned processes import the script: without its guard they would start themselves."""
     script = tmp_path / "script.py"

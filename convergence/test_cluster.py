@@ -80,6 +80,7 @@ def test_killed_worker_loses_nothing(cluster, tmp_path):
     assert len(list(folder.iterdir())) == len(RUNS)
 
 
+@pytest.mark.slow
 def test_worker_with_other_code_is_refused(monkeypatch, tmp_path, cluster):
     client, _ = cluster
     monkeypatch.setattr(campaign, "code_version", lambda: "0.0.1+other")
@@ -98,6 +99,7 @@ def test_bad_address(monkeypatch, address):
             pass
 
 
+@pytest.mark.slow
 def test_scheduler_without_workers(monkeypatch, cluster):
     monkeypatch.setattr(execution, "CONNECT", 3.0)
     client, workers = cluster

@@ -411,6 +411,7 @@ def command(monkeypatch, tmp_path):
                                                catch_exceptions=False)
 
 
+@pytest.mark.slow
 def test_command_writes_tables_and_repeats_nothing(command, tmp_path, monkeypatch):
     first = command()
     assert "71.373" in first.stdout and "Agreement is not proof" in first.stdout
@@ -437,6 +438,7 @@ def test_command_writes_tables_and_repeats_nothing(command, tmp_path, monkeypatc
     assert again["mesh"] == report["mesh"] and again["verdicts"] == report["verdicts"]
 
 
+@pytest.mark.slow
 def test_command_with_a_run_that_fails(command, monkeypatch):
     """Status 1, one line on standard error, and the tables of the rest."""
     def fails(model, settings, **options):

@@ -264,7 +264,7 @@ CHECKS = (box, campbell, chain, double_pendulum, fifty, flapping, four_bar, free
           postbuckling, roll_up, satellite, shaken, snap_through, solar_array, t_junction, wing)
 
 
-SHORT = (campbell, free_plate, postbuckling, snap_through, wing)
+SHORT = (free_plate, snap_through)
 
 
 @pytest.mark.parametrize("check", [pytest.param(check, id=check.__name__, marks=[

@@ -242,6 +242,7 @@ def test_first_screen_says_how_much_is_conserved(html):
     assert tables.kept([], ()) == ""
 
 
+@pytest.mark.slow
 def test_one_number_has_one_verdict(tmp_path):
     """The level of Figures 3 and 6 is a row of the study, and so is its verdict."""
     level = {**DEVIATING, "name": "480 elements: energy after unloading [J]"}
@@ -328,6 +329,7 @@ def random_rows(rng, count):
                 scale=rng.choice([1.0, None])).as_dict() for k in range(count)]
 
 
+@pytest.mark.slow
 def test_numbers_of_the_page_are_those_of_its_files(tmp_path):
     """Two hundred of them, by chance, to the digits shown, of which a float has two at least."""
     rng = np.random.default_rng(20)
@@ -613,6 +615,7 @@ def test_every_figure_that_claims_something_is_on_the_page():
         assert set(claimed) == set(shown.verdicts) - studied
 
 
+@pytest.mark.slow
 def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
     suite = parts.suite_file(tmp_path, "good")
     good = Part("verify-good", "verify", ("verify", "rigid-momenta", "--output", str(suite),
@@ -628,6 +631,7 @@ def test_failed_part_does_not_stop_the_others(tmp_path, capfd):
     assert said[-1] == "1 of 1 parts are there already"
 
 
+@pytest.mark.slow
 def test_parts_end_as_commands_do(tmp_path, monkeypatch, capfd):
     """With the same exit status; what they say is in their logs, and nowhere else; also where they
     are spawned, for want of a server that forks."""

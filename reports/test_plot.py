@@ -82,6 +82,7 @@ def test_plot_of_files_of_any_name(runs, tmp_path, name):
     assert set(pd.read_csv(folder / "energies.csv")["run"]) == {printable(name), "other"}
 
 
+@pytest.mark.slow
 def test_plot_refuses_to_replace_before_it_draws(runs, tmp_path):
     (tmp_path / "l30-motion.csv").write_text("mine")
     error = refused(plot, runs[0], "--output", tmp_path)
@@ -171,6 +172,7 @@ def test_files_that_do_not_go_together(runs, static_path, tmp_path):
     assert "a run and a static path" in str(refused(plot, own, static_path))
 
 
+@pytest.mark.slow
 def test_a_gif_moves(runs, tmp_path):
     path = tmp_path / "motion.gif"
     done = corovec("animate", runs[0], "-o", path, "--frames", "5", "--fps", "20")
@@ -233,6 +235,7 @@ def test_animate_does_not_replace(runs, tmp_path):
     assert path.read_bytes()[:3] == b"GIF"
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_line(runs, tmp_path):
     """A limit of 20 kB a file stands for it; what was there stays."""
     path = tmp_path / "a.gif"

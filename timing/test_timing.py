@@ -346,6 +346,7 @@ def test_wrong_arguments(tmp_path):
         time.main(["table-8", "--output", str(tmp_path)], standalone_mode=False)
 
 
+@pytest.mark.slow
 def test_command(tmp_path, no_cases):
     folder = tmp_path / "results"
     done = CliRunner().invoke(time, ["table-6", "--json", "--output", str(folder)])

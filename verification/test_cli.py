@@ -196,6 +196,7 @@ def test_all_errors_of_a_model_file_at_once(tmp_path):
         assert message in said
 
 
+@pytest.mark.slow
 def test_files_of_a_script_disturb_nothing(tmp_path):
     """Modules called solver, model or timing beside a user's script are not corovec's."""
     for name in ("solver", "model", "timing", "benchmarks", "verification", "reports"):
@@ -315,6 +316,7 @@ def test_a_case_that_fails_does_not_end_the_others(tmp_path, monkeypatch):
     assert [len(case["rows"]) for case in report["cases"]] == [0, 0, 0, 1]
 
 
+@pytest.mark.slow
 def test_verdicts_up_to_an_interrupt_are_kept(tmp_path):
     """The file is there after every case, and says that it is not complete."""
     path = tmp_path / "verdicts.json"

@@ -140,6 +140,7 @@ def test_nonsense_that_is_signed(run, path, place, value, message):
     refused(run, path, message)
 
 
+@pytest.mark.slow
 def test_every_dataset_is_needed(run, whole, path):
     """Each is refused if it is missing or of another type; every fourth is a group, shorter,
     filtered or empty besides."""
@@ -158,6 +159,7 @@ def test_every_dataset_is_needed(run, whole, path):
             refused(run if change is retyped else None, path, "damaged")
 
 
+@pytest.mark.slow
 def test_files_that_reach_for_others(run, whole, path, tmp_path):
     """Links and storage elsewhere are refused before anything is read; the victim keeps its
     bytes."""

@@ -42,6 +42,7 @@ def test_quasi_scheme_conserves(quasi):
     assert quasi.history["halvings"].sum() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plate, bound", [("l-plate", 1e-4), ("cross-code", 3e-5)])
 def test_twenty_seconds_of_tumbling(plate, bound):
     """20 s at dt = 0.01: energy drifts by 2e-5 and 1.7e-5 (measured; the bounds leave the growth of

@@ -500,6 +500,7 @@ def test_wrong_settings(wrong, told):
         Scheme(**wrong)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32))
 @settings(max_examples=10)
 def test_any_free_shell(seed):

@@ -70,6 +70,7 @@ def test_campaign_survives_what_it_finds(monkeypatch):
         once(TROUBLED, None, SEED, number)
 
 
+@pytest.mark.slow
 def test_command_reports(tmp_path):
     report = tmp_path / "fuzz.json"
     done = subprocess.run([sys.executable, "-m", "corovec.verification.fuzz", "--only", "models",

@@ -21,8 +21,8 @@ from corovec.solver.dynamics.settings import Newton
 from corovec.solver.dynamics.stepping import Stepper
 from corovec.solver.system.moving import MovingSystem
 from corovec.solver.system.quasi_links import QuasiLinks
+from corovec.verification.linked_shells import KINDS, alone, double_pendulum, wings
 from corovec.verification.suites.exact import EXACT
-from corovec.verification.test_multipliers import KINDS, alone, double_pendulum, wings
 
 QUASI = Scheme("quasi")
 

@@ -288,6 +288,7 @@ def test_junction_frame_round_trip(seed, follow):
         assert abs(e[2, n]) <= abs(e[2, m])
 
 
+@pytest.mark.slow
 @given(seeds, st.booleans())
 @settings(max_examples=50)
 def test_junction_derivatives(seed, follow):

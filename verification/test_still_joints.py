@@ -527,6 +527,7 @@ def test_turns_beyond_half_a_turn(made, tmp_path):
     assert np.abs(motion.total_energy).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_motion_goes_on_with_angles_and_latches():
     """A motion in two parts is that in one: springs are wound as far, latches hold."""
     model = servo()

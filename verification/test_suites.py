@@ -91,6 +91,7 @@ def test_verdicts(value, options, verdict):
     assert row.verdict == verdict
 
 
+@pytest.mark.slow
 def test_command(tmp_path):
     path = tmp_path / "verdicts.json"
     done = corovec("verify", "patch-finite", "--output", str(path))
