@@ -293,7 +293,7 @@ def test_second_derivative():
     equilibrium.lean(1.0)
     equilibrium.assemble(1.0)
     system.factorize()
-    basis = system.solver._basis
+    basis = system.solver._T
     motion = basis @ np.random.default_rng(1).standard_normal(basis.shape[1])
     motion /= np.abs(motion).max()
     assert np.abs(system.linked.forces).max() > 1.0

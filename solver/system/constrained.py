@@ -40,7 +40,10 @@ class Constrained:
 
     def factor(self):
         """Factorize the matrix, see ``linear``."""
-        reduced = (self._T.T @ self.matrix() @ self._T).tocsc()
+        return self._factor_reduced(self.matrix())
+
+    def _factor_reduced(self, matrix):
+        reduced = (self._T.T @ matrix @ self._T).tocsc()
         if self.skew.size:
             self._factor = unsymmetric_lu(reduced)
             return None
@@ -48,7 +51,7 @@ class Constrained:
         return negative
 
     def solve(self, rhs):
-        """A new vector (n_dof,), see ``linear``."""
+        """A new vector (n_dof,) that keeps constraints, see ``linear``."""
         return self._T @ self._factor.solve(self._T.T @ rhs)
 
 
@@ -119,17 +122,15 @@ class BandedConstrained(Constrained):
         return self._ordered @ lapack.dpbtrs(self._cholesky, self._transposed @ rhs, lower=1)[0]
 
 
-class Linking:
+class Linking(Constrained):
     """A sparse solver's matrix with that of joints, in a basis of what joints leave free, which is
     another in each iterate."""
 
     def __init__(self, solver, linked):
         """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``linked``:
         ``StillLinks``."""
-        self.name = f"{solver.name}, constrained"
-        self._solver, self._linked, self._factor = solver, linked, None
-        self.storages, self.storage = solver.storages, solver.storage
-        self.values, self.skew = solver.values, solver.skew
+        super().__init__(solver, None)
+        self._linked = linked
 
     def matrix(self):
         """The assembled matrix with that of joints, of all unknowns."""
@@ -137,17 +138,8 @@ class Linking:
 
     def factor(self):
         """Factorize the matrix, see ``linear``."""
-        self._matrix, self._basis = self.matrix(), self._linked.reduce()
-        reduced = (self._basis.T @ self._matrix @ self._basis).tocsc()
-        if self.skew.size:
-            self._factor = unsymmetric_lu(reduced)
-            return None
-        self._factor, negative = diagonal_lu(reduced)
-        return negative
-
-    def solve(self, rhs):
-        """A new vector (n_dof,), see ``linear``, that keeps constraints."""
-        return self._basis @ self._factor.solve(self._basis.T @ rhs)
+        self._matrix, self._T = self.matrix(), self._linked.reduce()
+        return self._factor_reduced(self._matrix)
 
     def times(self, vector):
         """Product of the matrix that was factorized last with a vector (n_dof,)."""

@@ -100,40 +100,20 @@ class Multipliers(StepLinks):
         """(n_local,) sums of the magnitudes of all forces of constraints in the last iterate."""
         return np.abs(self._G_m).T @ np.abs(self.forces)
 
-    def on(self, number):
-        """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
-        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the
-        iterate whose forces were added last: of the multipliers at its middle, and of the impulses
-        at both ends."""
-        x, dx, _, _ = self._at
-        force, moment = np.zeros((2, 3))
-        for f, part in self._acting(self.owners == number):
-            for i in self._end_of(number):
-                j, own = np.searchsorted(self._nodes, i), f[self._local[i] + np.arange(3)]
-                force += own
-                moment += np.cross(x[j] + part * dx[j], own) + self._torque(i, f, part)
-        return force, moment
-
     def _rows_end(self, frames):
         """Gradients (hard, n_local) at the end of the step."""
         u, d = self._u[1], self._d[1]
         return self._rows(frames, u, d, *self._weights(u))[:self._hard]
 
-    def torques(self):
-        """(n_nodes, 3) of all joints on nodes, means of the step [N m]."""
-        found = np.zeros((len(self._local), 3))
-        for f, part in self._acting(np.ones(len(self.owners), dtype=bool)):
-            for i in self._nodes:
-                found[i] += self._torque(i, f, part)
-        return found
-
     def _acting(self, rows):
         """Forces (n_local,) of some rows, and the part of the step after which they act."""
-        rate, hard = self._rate, rows[:self._hard]
-        first, last = self._impulses(self._n)
-        return ((-self._G_m.T @ (rows * self.forces), 0.5),
-                (rate * (self._G_0.T @ (hard * first)), 0.0),
-                (-rate * (self._G_1.T @ (hard * last)), 1.0))
+        return zip(self._forces_of(rows), (0.5, 0.0, 1.0))
+
+    def _place_of(self, i, part):
+        """(3,) of node i after a part of the step [m]."""
+        x, dx, _, _ = self._at
+        j = np.searchsorted(self._nodes, i)
+        return x[j] + part * dx[j]
 
     def _torque(self, i, f, part):
         """(3,) moment on node i of forces that act after a part of the step."""
@@ -146,26 +126,15 @@ class Multipliers(StepLinks):
             axes = before[j]
         return f[at:at + n] @ axes
 
-    def _rates_missed(self, state, wanted):
-        """By how much rates of a ``state`` miss those of its constraints, of drives the ``wanted``
-        ones."""
+    def _rows_at(self, state):
+        """Gradients (hard, n_local) at a ``state``."""
         self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
                     self._u[1], self._d[1])
-        return self._missed(self._rows_end(state.chart), state.velocity[self.dofs], wanted)
+        return self._rows_end(state.chart)
 
-    def _pushed(self, impulse):
-        """(n_dof,) rates by an impulse (n_local,) at the end."""
-        return self._inverse @ impulse
-
-    def settle(self, state, delta, driven):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
-        of the ``drives`` in it [J]."""
-        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
-                    self._u[1], self._d[1])
-        before, after = self._impulses(self._rates_end(
-            self._rows_end(state.chart), state.velocity[self.dofs], driven))
-        state.velocity[:] -= self._inverse @ (self._G_0.T @ before + self._G_1.T @ after)
-        return self._works(delta, driven, before, after)
+    def _pushed(self, last, first=0.0):
+        """(n_dof,) rates by impulses (n_local,) at the end, and the start."""
+        return self._inverse @ (first + last)
 
 
 def inverse_mass(system, dofs, turning=True):

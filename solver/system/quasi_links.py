@@ -101,55 +101,30 @@ class QuasiLinks(ChartRows, StepLinks):
                           self._impulse @ self._n)
         forces[self.dofs] += step.velocity * spread - self._G_m.T @ self.forces
 
-    def _rates_missed(self, state, wanted):
+    def _rows_at(self, state):
         """As of ``Multipliers``."""
         self._at_state(state)
         self._mobile = self._mobilities(self._start.A1)
-        return self._missed(self._G[:self._hard], state.velocity[self.dofs], wanted)
+        return self._G[:self._hard]
 
-    def _pushed(self, impulse):
-        """(n_dof,) rates by an impulse (n_local,) at the end."""
-        return self._coordinates.free(self._moved(self._mobile, impulse))
-
-    def settle(self, state, delta, driven):
-        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
-        of the ``drives`` in it [J]."""
-        self._at_state(state)
-        self._mobile = self._mobilities(self._start.A1)
-        before, after = self._impulses(self._rates_end(
-            self._G[:self._hard], state.velocity[self.dofs], driven))
-        state.velocity[:] -= self._coordinates.free(
-            self._moved(self._mobile_0, self._G_0.T @ before)
-            + self._moved(self._mobile, self._G_1.T @ after))
-        return self._works(delta, driven, before, after)
-
-    def on(self, number):
+    def _pushed(self, last, first=None):
         """As of ``Multipliers``."""
-        force, moment = np.zeros((2, 3))
-        for f, x, spins in self._acting(self.owners == number):
-            for i in self._end_of(number):
-                own = f[self._local[i] + np.arange(3)]
-                force += own
-                moment += np.cross(x[i], own) + self._torque(i, f, spins)
-        return force, moment
-
-    def torques(self):
-        """As of ``Multipliers``."""
-        found = np.zeros((len(self._local), 3))
-        for f, _, spins in self._acting(np.ones(len(self.owners), dtype=bool)):
-            for i in self._nodes:
-                found[i] += self._torque(i, f, spins)
-        return found
+        moved = self._moved(self._mobile, last)
+        if first is not None:
+            moved += self._moved(self._mobile_0, first)
+        return self._coordinates.free(moved)
 
     def _acting(self, rows):
         """Forces (n_local,) of some rows, and the places and spins of nodes where they act."""
-        rate, hard = self._rate, rows[:self._hard]
-        first, last = self._impulses(self._n)
-        forces = (rate * (self._G_0.T @ (hard * first)), -self._G_m.T @ (rows * self.forces),
-                  -rate * (self._G_1.T @ (hard * last)))
-        return zip(forces, self._told, (self._before, self._middle, self._spins))
+        middle, first, last = self._forces_of(rows)
+        return zip((first, middle, last),
+                   zip(self._told, (self._before, self._middle, self._spins)))
 
-    def _torque(self, i, f, spins):
+    def _place_of(self, i, when):
+        """(3,) of node i [m]."""
+        return when[0][i]
+
+    def _torque(self, i, f, when):
         """(3,) moment on node i of forces."""
         at, n = self._local[i] + 3, self._n_rot[i]
-        return np.linalg.pinv(spins[i, :n]) @ f[at:at + n]
+        return np.linalg.pinv(when[1][i, :n]) @ f[at:at + n]

@@ -177,10 +177,47 @@ class StepLinks(Linked):
     def keep_rates(self, state, wanted):
         """Take rates of a ``state`` by which its constraints are kept where supports have taken
         theirs, those of drives ``wanted`` (k,) [rad/s]."""
-        missed = self._rates_missed(state, wanted)
+        missed = self._missed(self._rows_at(state), state.velocity[self.dofs], wanted)
         impulse = solve_triangular(self._root_1, missed, lower=True)
         impulse = solve_triangular(self._root_1.T, impulse, lower=False)
         state.velocity[:] -= self._pushed(self._G_1.T @ impulse)
+
+    def settle(self, state, delta, driven):
+        """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
+        of the ``drives`` in it [J]."""
+        before, after = self._impulses(self._rates_end(
+            self._rows_at(state), state.velocity[self.dofs], driven))
+        state.velocity[:] -= self._pushed(self._G_1.T @ after, self._G_0.T @ before)
+        return self._works(delta, driven, before, after)
+
+    def on(self, number):
+        """Force [N] and moment about the origin [N m], (3,) each, of the joint ``number`` on its
+        end ``other``, or on ``one`` where the other is the ground.  Means of the step of the
+        iterate whose forces were added last: of the multipliers at its middle, and of the impulses
+        at both ends."""
+        force, moment = np.zeros((2, 3))
+        for f, when in self._acting(self.owners == number):
+            for i in self._end_of(number):
+                own = f[self._local[i] + np.arange(3)]
+                force += own
+                moment += np.cross(self._place_of(i, when), own) + self._torque(i, f, when)
+        return force, moment
+
+    def torques(self):
+        """(n_nodes, 3) of all joints on nodes, means of the step [N m]."""
+        found = np.zeros((len(self._local), 3))
+        for f, when in self._acting(np.ones(len(self.owners), dtype=bool)):
+            for i in self._nodes:
+                found[i] += self._torque(i, f, when)
+        return found
+
+    def _forces_of(self, rows):
+        """Forces (n_local,) of some rows, means of the step: of multipliers, and of the impulses at
+        its start and its end."""
+        rate, hard = self._rate, rows[:self._hard]
+        first, last = self._impulses(self._n)
+        return (-self._G_m.T @ (rows * self.forces), rate * (self._G_0.T @ (hard * first)),
+                -rate * (self._G_1.T @ (hard * last)))
 
     def late(self):
         """(n_dof,) forces that the impulses have beside those in the residual, which has twice that
