@@ -1,7 +1,7 @@
 """Sparse matrices of small motions about a state, in its translations and rotational variables."""
 
 import numpy as np
-from scipy.sparse import block_diag, coo_array, eye_array, kron
+from scipy.sparse import block_diag, coo_array, kron
 
 from ..errors import AccuracyWarning, warn
 from ..kernels.arguments import MASS_ONLY, STATIC
@@ -91,11 +91,7 @@ def rates_of_places(system, place):
 def free_basis(system):
     """T (n_dof, n), sparse: ``dU = T dU_free`` of the free dofs, in the state that was assembled
     last where there are joints; without them its columns are orthonormal."""
-    if system.linked:
-        return system.linked.reduce()
-    if system.coordinates.constraints:
-        return system.coordinates.constraints.T
-    return eye_array(system.numbering.n_dof, format="csr")[:, ~system.dofs.fixed]
+    return system.linked.reduce() if system.linked else system.coordinates.basis()
 
 
 def of_all(system, vectors):

@@ -7,6 +7,7 @@ code goes through ``kernels.nodes``.
 """
 
 import numpy as np
+from scipy.sparse import eye_array
 from scipy.spatial.transform import Rotation
 
 from ..errors import InputError
@@ -103,6 +104,12 @@ class Charts:
         """A vector (n_dof,) without what supports hold of it."""
         free = np.where(self.fixed, 0.0, vector)
         return self.constraints.project(free) if self.constraints else free
+
+    def basis(self):
+        """T (n_dof, n_free), sparse, with orthonormal columns: ``dU = T dU_free``."""
+        if self.constraints:
+            return self.constraints.T
+        return eye_array(len(self.fixed), format="csr")[:, ~self.fixed]
 
     def place(self, state, start):
         """Directors, derivatives and rates of ``state`` into ``start``.

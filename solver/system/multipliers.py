@@ -156,12 +156,7 @@ def inverse_mass(system, dofs, turning=True):
         values.append(value)
     M = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
                   shape=(numbering.n_dof,) * 2).tocsc()
-    if coordinates.constraints:
-        T = coordinates.constraints.T
-    else:
-        free = np.flatnonzero(~coordinates.fixed)
-        T = coo_array((np.ones(len(free)), (free, np.arange(len(free)))),
-                      shape=(numbering.n_dof, len(free))).tocsr()
+    T = coordinates.basis()
     reduced = splu((T.T @ M @ T).tocsc())
     found = T @ reduced.solve(T.T[:, dofs].toarray())
     if not turning:

@@ -9,7 +9,7 @@ with the torque q = d x w, the sum over the terms of both, see ``chart_rows``.
 
 import numpy as np
 from scipy.linalg import block_diag, qr, solve_triangular
-from scipy.sparse import coo_array, csc_array, eye_array, hstack
+from scipy.sparse import coo_array, csc_array, hstack
 from scipy.sparse.csgraph import connected_components
 
 from ..kernels import hinges
@@ -94,10 +94,7 @@ class StillLinks(ChartRows):
     def _columns(self, system):
         """The free unknowns on which constraints depend, by groups of constraints that have some in
         common."""
-        if system.coordinates.constraints:
-            T = system.coordinates.constraints.T.tocsc()
-        else:
-            T = eye_array(self._n_dof, format="csc")[:, ~system.coordinates.fixed]
+        T = system.coordinates.basis().tocsc()
         local = T[self.dofs]
         here = np.diff(local.tocsc().indptr) > 0
         self._T_others, self._T_here = T[:, ~here], T[:, here]
