@@ -427,12 +427,27 @@ class Terms(NamedTuple):
     body: np.ndarray
 
 
+class Spans(NamedTuple):
+    """Local unknowns on which rows depend, of each a few nodes'.
+
+    Attributes:
+        first: (m + 1,) spans of row k are ``first[k] .. first[k + 1] - 1``.
+        node: (n_spans,) whose unknowns each is.
+        begin: (n_spans,) first local unknown of each.
+        end: (n_spans,) behind the last one.
+    """
+
+    first: np.ndarray
+    node: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+
+
 class Links(NamedTuple):
     """Constraints and angles of joints as products of vectors, see ``multipliers``.
 
     Rows are the constraints, then the angles; each product is one, but those of an angle, its
-    cosine and its sine, are two.  A row depends on unknowns of a few nodes: on spans of the local
-    ones.
+    cosine and its sine, are two.
 
     Attributes:
         terms: ``Terms`` of the vectors.
@@ -443,10 +458,7 @@ class Links(NamedTuple):
         local: (n_nodes,) first local unknown of each of them.
         n_rot: (n_nodes,) numbers of rotational variables.
         dofs: (n_local,) the local unknowns.
-        first: (m + 1,) spans of row k are ``first[k] .. first[k + 1] - 1``.
-        node: (n_spans,) whose unknowns each is.
-        begin: (n_spans,) first local unknown of each.
-        end: (n_spans,) behind the last one.
+        spans: ``Spans`` of the rows.
     """
 
     terms: Terms
@@ -457,10 +469,7 @@ class Links(NamedTuple):
     local: np.ndarray
     n_rot: np.ndarray
     dofs: np.ndarray
-    first: np.ndarray
-    node: np.ndarray
-    begin: np.ndarray
-    end: np.ndarray
+    spans: Spans
 
 
 class LinkWork(NamedTuple):
@@ -535,7 +544,7 @@ class LinkWork(NamedTuple):
 
 def link_work(links, hard, n_dof):
     """``LinkWork`` of zeros for ``Links``, the first ``hard`` rows of which are constraints."""
-    terms, m, n = links.terms, len(links.first) - 1, len(links.dofs)
+    terms, m, n = links.terms, len(links.spans.first) - 1, len(links.dofs)
     n_nodes, n_constraints = len(links.local), len(links.values)
     zeros = np.zeros
     return LinkWork(

@@ -54,9 +54,9 @@ def carry(terms, x, x_low, dx, frames, u, d):
 
 
 @internal
-def _product(links, k, u):
+def _product(pairs, k, u):
     """The k-th product of vectors u."""
-    return dot(u[links.pairs[k, 0]], u[links.pairs[k, 1]])
+    return dot(u[pairs[k, 0]], u[pairs[k, 1]])
 
 
 @kernel
@@ -68,7 +68,7 @@ def weigh(links, u, weights):
     for k in range(m):
         weights[k] = 1.0
     for k in range(m, weights.shape[0], 2):
-        c, s = _product(links, k, u), _product(links, k + 1, u)
+        c, s = _product(links.pairs, k, u), _product(links.pairs, k + 1, u)
         weights[k], weights[k + 1] = -s / (c * c + s * s), c / (c * c + s * s)
 
 
@@ -80,8 +80,8 @@ def _weigh_means(links, u_0, u_1, weights, change):
     for k in range(m):
         weights[k] = 1.0
     for k in range(m, weights.shape[0], 2):
-        c_0, s_0 = _product(links, k, u_0), _product(links, k + 1, u_0)
-        c_1, s_1 = _product(links, k, u_1), _product(links, k + 1, u_1)
+        c_0, s_0 = _product(links.pairs, k, u_0), _product(links.pairs, k + 1, u_0)
+        c_1, s_1 = _product(links.pairs, k, u_1), _product(links.pairs, k + 1, u_1)
         sine, cosine = c_0 * s_1 - s_0 * c_1, c_0 * c_1 + s_0 * s_1
         if not cosine > 0.0:
             return links.rows[k]
@@ -101,11 +101,11 @@ def gradients(links, weights, frames, turns, u, d, G):
     ``turns`` (n_nodes, 3): Cayley vectors th of a step; then columns are derivatives in those of
     vectors at its end, ``b_k . (q + q x th / 2) / (1 + |th|^2 / 4)``.
     """
-    terms, pairs, n_rot = links.terms, links.pairs, links.n_rot
+    terms, pairs, n_rot, spans = links.terms, links.pairs, links.n_rot, links.spans
     q, b, side = np.empty(3), np.empty(3), np.empty(3)
     for row in range(G.shape[0]):
-        for span in range(links.first[row], links.first[row + 1]):
-            for k in range(links.begin[span], links.end[span]):
+        for span in range(spans.first[row], spans.first[row + 1]):
+            for k in range(spans.begin[span], spans.end[span]):
                 G[row, k] = 0.0
     for k in range(pairs.shape[0]):
         row, weight = links.rows[k], weights[k]
@@ -160,39 +160,39 @@ def _spread(links, before, after, rate, a, forces):
 
 
 @internal
-def _times(links, G, row, x):
+def _times(spans, G, row, x):
     """A row of G times x (n_local,)."""
     total = 0.0
-    for span in range(links.first[row], links.first[row + 1]):
-        for k in range(links.begin[span], links.end[span]):
+    for span in range(spans.first[row], spans.first[row + 1]):
+        for k in range(spans.begin[span], spans.end[span]):
             total += G[row, k] * x[k]
     return total
 
 
 @internal
-def _sum_rows(links, factors, G, x):
+def _sum_rows(spans, factors, G, x):
     """``x = G^T factors`` (n_local,)"""
     for k in range(x.shape[0]):
         x[k] = 0.0
     for row in range(G.shape[0]):
-        for span in range(links.first[row], links.first[row + 1]):
-            for k in range(links.begin[span], links.end[span]):
+        for span in range(spans.first[row], spans.first[row + 1]):
+            for k in range(spans.begin[span], spans.end[span]):
                 x[k] += factors[row] * G[row, k]
 
 
 @internal
-def _root(links, G, mobile, moved, root):
+def _root(spans, G, mobile, moved, root):
     """L of ``L L^T = G M^-1 G^T``, and ``G M^-1``; ``mobile``: M^-1 (n_local, n_local)."""
     n = moved.shape[1]
     for i in range(root.shape[0]):
         for k in range(n):
             moved[i, k] = 0.0
-        for span in range(links.first[i], links.first[i + 1]):
-            for l in range(links.begin[span], links.end[span]):
+        for span in range(spans.first[i], spans.first[i + 1]):
+            for l in range(spans.begin[span], spans.end[span]):
                 for k in range(n):
                     moved[i, k] += G[i, l] * mobile[l, k]
         for j in range(i + 1):
-            total = _times(links, G, j, moved[i])
+            total = _times(spans, G, j, moved[i])
             for k in range(j):
                 total -= root[i, k] * root[j, k]
             root[i, j] = math.sqrt(total) if i == j else total / root[j, j]
@@ -225,7 +225,7 @@ def leave(links, mobile, work):
     """Root, impulses and what they move for the gradients G_0 at the start of a step, whose forces
     are zero."""
     work.forces[:] = 0.0
-    _root(links, work.G_0, mobile, work.moved, work.root_0)
+    _root(links.spans, work.G_0, mobile, work.moved, work.root_0)
     _forward(work.root_0, work.G_0, work.impulse)
     _forward(work.root_0, work.moved, work.kick)
 
@@ -256,22 +256,10 @@ def end(links, motion, work):
     gradients(links, work.weights, motion.chart, work.rest, u, d, work.G_1)
 
 
-@kernel
-def measure(links, motion, nodal, delta, rate, work):
-    """Vectors, gradients, changes of angles, what is missed of constraints, and rates at the end of
-    an iterate of the exact scheme.
-
-    Args:
-        links: ``Links``.
-        motion: ``Motion`` at the start of the step.
-        nodal: ``SpinWork`` of the iterate.
-        delta: (n_dof,) increment.
-        rate: 1/dt.
-        work: ``LinkWork``, filled.
-
-    Returns:
-        The first row whose angle changes by a right angle or more.
-    """
+@internal
+def _measure(links, motion, nodal, delta, rate, work):
+    """Vectors, gradients, changes of angles, what is missed of constraints, and rates without
+    impulses at the end of an iterate; arguments and result of ``constrain``."""
     u_0, u_1, u, d_0, d_1, d = (work.u[0], work.u[1], work.u[2], work.d[0], work.d[1], work.d[2])
     weights, rest = work.weights, work.rest
     _turns(links, motion.chart, delta, work.turns)
@@ -286,7 +274,7 @@ def measure(links, motion, nodal, delta, rate, work):
     gradients(links, weights, motion.chart, work.turns, u_1, d_1, work.D)
     gradients(links, weights, nodal.frames, rest, u_1, d_1, work.G_1)
     for k in range(links.values.shape[0]):
-        work.off[k] = _product(links, k, u_1) - links.values[k]
+        work.off[k] = _product(links.pairs, k, u_1) - links.values[k]
     for k in range(links.dofs.shape[0]):
         at = links.dofs[k]
         work.rates[k] = 2.0 * rate * delta[at] - motion.velocity[at]
@@ -312,10 +300,10 @@ def rates_missed(links, mobile, rates, wanted, work):
         wanted: (k,) of the last rows.
         work: ``LinkWork``.
     """
-    _root(links, work.G_1, mobile, work.moved, work.root_1)
+    _root(links.spans, work.G_1, mobile, work.moved, work.root_1)
     driven = work.n.shape[0] - wanted.shape[0]
     for i in range(work.n.shape[0]):
-        work.n[i] = _times(links, work.G_1, i, rates)
+        work.n[i] = _times(links.spans, work.G_1, i, rates)
         if i >= driven:
             work.n[i] -= wanted[i - driven]
 
@@ -331,7 +319,8 @@ def rates_end(links, mobile, rates, wanted, work):
     rates_missed(links, mobile, rates, wanted, work)
     for i in range(work.n.shape[0]):
         for j in range(work.n.shape[0]):
-            work.ends[i, j] = _times(links, work.G_1, i, work.kick[j]) + work.root_1[i, j]
+            crossed = _times(links.spans, work.G_1, i, work.kick[j])
+            work.ends[i, j] = crossed + work.root_1[i, j]
     return _solve(work.ends, work.exchanges, work.n)
 
 
@@ -345,28 +334,49 @@ def _solve(matrix, exchanges, x):
 
 
 @kernel
-def act(links, motion, nodal, rate, work, forces):
-    """Add the forces of constraints and impulses of an iterate to ``forces`` (n_dof,); arguments of
-    ``measure``."""
+def constrain(links, mobile, motion, nodal, delta, rate, wanted, work, forces):
+    """Add the forces of constraints and impulses of an iterate of the exact scheme to ``forces``
+    (n_dof,).
+
+    Args:
+        links: ``Links``.
+        mobile: (n_local, n_local) inverse mass.
+        motion: ``Motion`` at the start of the step.
+        nodal: ``SpinWork`` of the iterate.
+        delta: (n_dof,) increment.
+        rate: 1/dt.
+        wanted: (k,) rates of drives at the end.
+        work: ``LinkWork``.
+        forces: added to.
+
+    Returns:
+        The first row whose angle changes by a right angle or more, or that others hold already.
+    """
+    lost = _measure(links, motion, nodal, delta, rate, work)
+    if lost == DONE:
+        lost = rates_end(links, mobile, work.rates, wanted, work)
+    if lost != DONE:
+        return lost
     push, spread = work.pushes[0], work.pushes[1]
     push[:] = 0.0
     for i in range(work.n.shape[0]):
         for k in range(push.shape[0]):
             push[k] += work.n[i] * work.impulse[i, k]
     _spread(links, motion.chart, nodal.frames, rate, push, spread)
-    _sum_rows(links, work.forces, work.G_m, work.acting)
+    _sum_rows(links.spans, work.forces, work.G_m, work.acting)
     for k in range(links.dofs.shape[0]):
         forces[links.dofs[k]] += spread[k] - work.acting[k]
+    return DONE
 
 
 @internal
-def _turn_rows(links, turning, carried, D, turned):
+def _turn_rows(spans, turning, carried, D, turned):
     """``D T``: rows in the axes of a kept matrix, see ``transport``, if it is ``carried``."""
     Q, J = turning.Q, turning.J
     for row in range(D.shape[0]):
-        for span in range(links.first[row], links.first[row + 1]):
-            i, at = links.node[span], links.begin[span]
-            n = links.end[span] - at - 3
+        for span in range(spans.first[row], spans.first[row + 1]):
+            i, at = spans.node[span], spans.begin[span]
+            n = spans.end[span] - at - 3
             for c in range(3 + n):
                 turned[row, at + c] = 0.0 if carried else D[row, at + c]
             if not carried:
@@ -394,14 +404,14 @@ def split(links, turning, carried, correction, work):
     Returns:
         A row that others hold already.
     """
-    changes, moved, m = work.changes, work.rates, work.changes.shape[0]
+    changes, moved, spans, m = work.changes, work.rates, links.spans, work.changes.shape[0]
     for k in range(moved.shape[0]):
         moved[k] = correction[links.dofs[k]]
-    _turn_rows(links, turning, carried, work.D, work.turned)
+    _turn_rows(spans, turning, carried, work.D, work.turned)
     for i in range(m):
-        changes[i] = work.off[i] + _times(links, work.turned, i, moved)
+        changes[i] = work.off[i] + _times(spans, work.turned, i, moved)
         for j in range(m):
-            work.matrix[i, j] = _times(links, work.turned, i, work.here[j])
+            work.matrix[i, j] = _times(spans, work.turned, i, work.here[j])
         work.matrix[i, i] += work.give[i]
     failed = _solve(work.matrix, work.exchanges, changes)
     if failed != DONE:

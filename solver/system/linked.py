@@ -4,7 +4,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import hinges, multipliers
-from ..kernels.arguments import Links
+from ..kernels.arguments import Links, Spans
 from ..kernels.calls import Call
 from ..kernels.hinges import moments
 from ..model.bodies import GROUND
@@ -78,8 +78,8 @@ class Linked:
         node = np.array([i for span in spans for i in sorted(span)], dtype=np.int64)
         begin = self._local[node]
         return Links(self._terms, self._pairs, rows, np.zeros(m), self._nodes, self._local,
-                     self._n_rot, self.dofs, np.cumsum([0, *map(len, spans)]), node, begin,
-                     begin + 3 + self._n_rot[node])
+                     self._n_rot, self.dofs, Spans(np.cumsum([0, *map(len, spans)]), node, begin,
+                                                   begin + 3 + self._n_rot[node]))
 
     def __bool__(self):
         return len(self.owners) > 0

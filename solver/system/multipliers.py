@@ -30,7 +30,7 @@ class Multipliers(StepLinks):
         coordinates = system.coordinates
         super().__init__(system, coordinates.initial_frames)
         self._begin, self._end = Call(multipliers.begin), Call(multipliers.end)
-        self._measure, self._act = Call(multipliers.measure), Call(multipliers.act)
+        self._constrain = Call(multipliers.constrain)
         if self:
             self._inverse = inverse_mass(system, self.dofs)
             self._mobile = np.ascontiguousarray(self._inverse[self.dofs])
@@ -59,13 +59,12 @@ class Multipliers(StepLinks):
                 same twice.
         """
         state, step, delta = iterate[:3]
-        links, motion, rate = self._links, state.motion, step.rate_delta
-        if self._measure(links, motion, work, delta, rate, self._work) != DONE:
-            raise NotConverged("a joint turns too far")
+        self._rate, self._at = step.rate_delta, (state.motion, work)
+        lost = self._constrain(self._links, self._mobile, state.motion, work, delta, self._rate,
+                               driven.after, self._work, forces)
+        if lost != DONE:
+            raise NotConverged("a joint turns too far, or joints hold the same twice")
         self._miss_angles(state, step, driven, slacks, motors)
-        self._rates_end(self._work.rates, driven)
-        self._act(links, motion, work, rate, self._work, forces)
-        self._rate, self._at = rate, (motion, work)
 
     def parts(self):
         """(n_local,) sums of the magnitudes of all forces of constraints in the last iterate."""

@@ -134,8 +134,8 @@ class StepLinks(Linked):
     def _rates_end(self, rates, driven):
         """Take n by which ``G_1 v_1`` is what drives want, of ``rates`` (n_local,) without
         impulses."""
-        lost = self._balance(self._links, self._mobile, rates, driven.after, self._work)
-        self._check_pivot(lost)
+        self._check_pivot(
+            self._balance(self._links, self._mobile, rates, driven.after, self._work))
 
     def _check_pivot(self, lost):
         if lost != DONE:
