@@ -100,7 +100,7 @@ class KeptMatrix:
 
     def _with_multipliers(self, linked, residual):
         if not self._columns:
-            linked.take_columns(self._solved)
+            linked.take_columns(self._solve_rows)
             self._columns = True
         correction = self._solved(residual)
         linked.split(self._turning, self._carried, correction)
@@ -112,6 +112,14 @@ class KeptMatrix:
             return self._system.solver.solve(residual)
         self._turn_back(self._nodes, self._turning, residual, self._turned)
         return self._system.solver.solve(self._turned)
+
+    def _solve_rows(self, rows):
+        """The same of each row, in its place."""
+        if self._carried:
+            for row in rows:
+                self._turn_back(self._nodes, self._turning, row, self._turned)
+                row[:] = self._turned
+        self._system.solver.solve_rows(rows)
 
     def too_slow(self, k, work, wanted, left):
         """Whether the correction after the k-th needs its own matrix: this one has stalled, or

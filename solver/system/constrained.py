@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import lapack
 from scipy.sparse import coo_array
 
-from .linear import DIRECT_LIMIT, SuperLU, UnsymmetricLU, diagonal_lu, unsymmetric_lu
+from .linear import DIRECT_LIMIT, OneByOne, SuperLU, UnsymmetricLU, diagonal_lu, unsymmetric_lu
 
 
 def constrained(numbering, T, unsymmetric):
@@ -23,7 +23,7 @@ def constrained(numbering, T, unsymmetric):
     return Constrained(solver, T)
 
 
-class Constrained:
+class Constrained(OneByOne):
     """SuperLU of the reduced matrix."""
 
     def __init__(self, solver, T):

@@ -162,14 +162,16 @@ class StepLinks(Linked):
         """``G M^-1 G^T``"""
         return G @ self._mobile @ G.T
 
-    def take_columns(self, solved):
-        """Take the columns ``K^-1 G_m^T`` by ``solved``, which gives the correction for a
-        residual (n_dof,)."""
-        row = np.zeros(self._n_dof)
-        for G, column in zip(self._G_m, self._work.columns):
-            row[self.dofs] = G
-            column[:] = solved(self._free(row))
-        self._work.here[:] = self._work.columns[:, self.dofs]
+    def take_columns(self, solve_rows):
+        """Take the columns ``K^-1 G_m^T``; ``solve_rows`` overwrites residuals (m, n_dof) with
+        corrections."""
+        columns, here = self._work.columns, self._work.here
+        columns[:] = 0.0
+        columns[:, self.dofs] = self._G_m
+        for column in columns:
+            column[:] = self._free(column)
+        solve_rows(columns)
+        here[:] = columns[:, self.dofs]
 
     def split(self, turning, carried, correction):
         """Change the multipliers for a ``correction`` (n_dof,) without them, and that by what they
