@@ -47,3 +47,22 @@ def add_cell(dofs, storage, nodes, sizes, cell, k, values, skew):
                     values[place] += 0.5 * (k[i, r, j, c] + k[j, c, i, r])
                     if skew.size:
                         skew[place] += 0.5 * (k[i, r, j, c] - k[j, c, i, r])
+
+
+@kernel
+def times(pointer, columns, factors, x, y):
+    """Product y (n_rows,) of a sparse matrix by rows, entries ``pointer[i] .. pointer[i + 1] - 1``
+    of row i, with x."""
+    for i in range(y.shape[0]):
+        total = 0.0
+        for k in range(pointer[i], pointer[i + 1]):
+            total += factors[k] * x[columns[k]]
+        y[i] = total
+
+
+@kernel
+def add_up(places, factors, sources, values, sums):
+    """``sums[places] = sum factors values[sources]``"""
+    sums[:] = 0.0
+    for k in range(places.shape[0]):
+        sums[places[k]] += factors[k] * values[sources[k]]

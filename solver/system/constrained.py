@@ -8,6 +8,9 @@ import numpy as np
 from scipy.linalg import lapack
 from scipy.sparse import coo_array
 
+from ..kernels import storage
+from ..kernels.calls import Call
+from .constraints import Product
 from .linear import DIRECT_LIMIT, OneByOne, SuperLU, UnsymmetricLU, diagonal_lu, unsymmetric_lu
 
 
@@ -67,7 +70,6 @@ class Band:
         full = solver.matrix().copy()
         order = np.argsort(T.tocsc().indices[T.tocsc().indptr[:-1]], kind="stable")
         self.T = T.tocsr()[:, order]
-        self._values = len(solver.values)
         full.data[:] = np.arange(full.nnz)
         self._parts = self._pairs(full.tocoo(), solver.sources)
         self.width = int(np.max(self._parts[0] - self._parts[1], initial=0))
@@ -89,12 +91,12 @@ class Band:
                 (self.T.data[a] * self.T.data[b])[lower], source)
 
     def sums(self):
-        """(n (width + 1), n_values) what values add to the columns of the band, one after
-        another."""
+        """What values add to the columns of the band, one after another: places, factors, sources;
+        see ``storage.add_up``."""
         rows, columns, factors, source = self._parts
         places = columns * (self.width + 1) + rows - columns
-        shape = self.T.shape[1] * (self.width + 1), self._values
-        return coo_array((factors, (places, source)), shape=shape).tocsr()
+        order = np.argsort(places, kind="stable")
+        return places[order], factors[order], source[order]
 
 
 class BandedConstrained(Constrained):
@@ -104,14 +106,14 @@ class BandedConstrained(Constrained):
     def __init__(self, solver, T, band):
         super().__init__(solver, T)
         self.name = "banded, constrained"
-        self._sums, self._width, self._ordered = band.sums(), band.width, band.T
-        self._transposed = band.T.T.tocsr()
-        self._definite = True
+        self._sums, self._columns = band.sums(), np.zeros((T.shape[1], band.width + 1))
+        self._all, self._free = Product(band.T.tocsr()), Product(band.T.T.tocsr())
+        self._add_up, self._definite = Call(storage.add_up), True
 
     def factor(self):
         """Factorize the matrix, see ``linear``."""
-        band = (self._sums @ self.values).reshape(-1, self._width + 1).T
-        self._cholesky, info = lapack.dpbtrf(band, lower=1)
+        self._add_up(*self._sums, self.values, self._columns.ravel())
+        self._cholesky, info = lapack.dpbtrf(self._columns.T, lower=1)
         self._definite = info == 0
         return 0 if self._definite else super().factor()
 
@@ -119,7 +121,7 @@ class BandedConstrained(Constrained):
         """A new vector (n_dof,), see ``linear``."""
         if not self._definite:
             return super().solve(rhs)
-        return self._ordered @ lapack.dpbtrs(self._cholesky, self._transposed @ rhs, lower=1)[0]
+        return self._all(lapack.dpbtrs(self._cholesky, self._free(rhs), lower=1)[0])
 
 
 class Linking(Constrained):
