@@ -4,6 +4,8 @@ A matrix is a symmetric part and, where it needs one, a skew part; of either the
 stored, at the same places (see ``arguments.Storage``).
 """
 
+import numpy as np
+
 from .jit import internal, kernel
 
 
@@ -66,3 +68,31 @@ def add_up(places, factors, sources, values, sums):
     sums[:] = 0.0
     for k in range(places.shape[0]):
         sums[places[k]] += factors[k] * values[sources[k]]
+
+
+@kernel
+def pull(rows, columns, places, part, moved):
+    """``moved`` (n,): ``places`` of unknowns moved by a ``part`` of the mean of what their
+    neighbours are away, each weighted by the 16th power of its distance over the largest one, and
+    one more of none.
+
+    Returns:
+        The largest distance.
+    """
+    width, weights = 0.0, np.ones(len(places))
+    for k in range(len(rows)):
+        width = max(width, abs(places[rows[k]] - places[columns[k]]))
+    moved[:] = 0.0
+    for k in range(len(rows)):
+        i, j = rows[k], columns[k]
+        away = places[i] - places[j]
+        weight = (away / width)**2
+        for _ in range(3):
+            weight *= weight
+        weights[i] += weight
+        weights[j] += weight
+        moved[i] -= weight * away
+        moved[j] += weight * away
+    for i in range(len(places)):
+        moved[i] = places[i] + part * moved[i] / weights[i]
+    return width
