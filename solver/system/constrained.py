@@ -139,7 +139,7 @@ class BandedConstrained(Constrained):
     def factor(self):
         """Factorize the matrix, see ``linear``."""
         self._add_up(*self._sums, self.values, self._columns.ravel())
-        self._cholesky, info = lapack.dpbtrf(self._columns.T, lower=1)
+        self._cholesky, info = lapack.dpbtrf(self._columns.T, lower=1, overwrite_ab=1)
         self._definite = info == 0
         return 0 if self._definite else super().factor()
 
