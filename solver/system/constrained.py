@@ -112,10 +112,9 @@ def narrowed(rows, columns, n):
     """(n,) places of unknowns by which a matrix with entries at some ``rows`` and ``columns``
     becomes a narrower band: those with the neighbours farthest off move towards them."""
     best = places = np.arange(n)
-    pairs = np.unique(rows * n + columns)
-    pairs = pairs[pairs // n != pairs % n]
-    i, j, moved, width, since = pairs // n, pairs % n, np.empty(n), np.inf, 0
-    while since < STEADY and len(pairs):
+    once = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, n)).tocsr().tocoo()
+    (i, j), moved, width, since = once.coords, np.empty(n), np.inf, 0
+    while since < STEADY:
         found = storage.pull(i, j, places, PART, moved)
         since += 1
         if found < width:
