@@ -160,6 +160,13 @@ def _spread(links, before, after, rate, a, forces):
 
 
 @internal
+def _add(factor, row, total):
+    """Add ``factor`` times a row to another one."""
+    for k in range(len(total)):
+        total[k] += factor * row[k]
+
+
+@internal
 def _times(spans, G, row, x):
     """A row of G times x (n_local,)."""
     total = 0.0
@@ -183,14 +190,11 @@ def _sum_rows(spans, factors, G, x):
 @internal
 def _root(spans, G, mobile, moved, root):
     """L of ``L L^T = G M^-1 G^T``, and ``G M^-1``; ``mobile``: M^-1 (n_local, n_local)."""
-    n = moved.shape[1]
+    moved[:] = 0.0
     for i in range(root.shape[0]):
-        for k in range(n):
-            moved[i, k] = 0.0
         for span in range(spans.first[i], spans.first[i + 1]):
-            for l in range(spans.begin[span], spans.end[span]):
-                for k in range(n):
-                    moved[i, k] += G[i, l] * mobile[l, k]
+            for k in range(spans.begin[span], spans.end[span]):
+                _add(G[i, k], mobile[k], moved[i])
         for j in range(i + 1):
             total = _times(spans, G, j, moved[i])
             for k in range(j):
@@ -201,12 +205,10 @@ def _root(spans, G, mobile, moved, root):
 @internal
 def _forward(root, rows, solved):
     """``L^-1`` times rows."""
+    solved[:] = rows
     for i in range(root.shape[0]):
-        for k in range(rows.shape[1]):
-            solved[i, k] = rows[i, k]
         for j in range(i):
-            for k in range(rows.shape[1]):
-                solved[i, k] -= root[i, j] * solved[j, k]
+            _add(-root[i, j], solved[j], solved[i])
         for k in range(rows.shape[1]):
             solved[i, k] /= root[i, i]
 
@@ -360,8 +362,7 @@ def constrain(links, mobile, motion, nodal, delta, rate, wanted, work, forces):
     push, spread = work.pushes[0], work.pushes[1]
     push[:] = 0.0
     for i in range(work.n.shape[0]):
-        for k in range(push.shape[0]):
-            push[k] += work.n[i] * work.impulse[i, k]
+        _add(work.n[i], work.impulse[i], push)
     _spread(links, motion.chart, nodal.frames, rate, push, spread)
     _sum_rows(links.spans, work.forces, work.G_m, work.acting)
     for k in range(links.dofs.shape[0]):
@@ -418,8 +419,7 @@ def split(links, turning, carried, correction, work):
         return failed
     for i in range(m):
         work.forces[i] += changes[i]
-        for k in range(correction.shape[0]):
-            correction[k] -= changes[i] * work.columns[i, k]
+        _add(-changes[i], work.columns[i], correction)
     work.drive[1], work.drive[0] = work.drive[0], 0.0
     for i in range(work.way.shape[0]):
         work.drive[0] += abs(changes[links.values.shape[0] + i]) * abs(work.way[i])

@@ -42,8 +42,8 @@ SPARSE_LIMIT = 1e9
 """The same up to which they are preferred to RSLAB."""
 
 SIDE_BY_SIDE = 3
-"""Right-hand sides from which a kernel that takes eight at once is faster than LAPACK, one after the
-other (measured: eight take as long as two or three, 2700 unknowns, 75 entries a row)."""
+"""Right-hand sides from which a kernel that takes eight at once is faster than LAPACK, one by one
+(measured: eight take as long as two or three, 2700 unknowns, 75 entries a row)."""
 
 MASS_ERROR, MOST_ITERATIONS = 1e-14, 200
 """Residual of the accelerations at the start, relative, and iterations after which a mass matrix is
