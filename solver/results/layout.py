@@ -48,11 +48,12 @@ PROBES = {
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
 
-ITEMS = {"joints": ("stored", "work", "lost"), "bodies": ("kinetic",), "springs": ("stored",)}
+ITEMS = {"joints": ("stored", "work", "lost"), "bodies": ("kinetic",),
+         "springs": ("stored", "lost")}
 """Energies of single items in a row of a run: of each joint that has a moment or is driven what is
 stored there, the work of its motor, servo or drive and what its dampers took, of each rigid body
-the kinetic one, of springs what is stored [J].  Columns have a dot in their names, as
-``joints.work``, and a number an item; nothing of a model without such items."""
+the kinetic one, of springs what is stored and what their dampers took [J].  Columns have a dot in
+their names, as ``joints.work``, and a number an item; nothing of a model without such items."""
 
 TIMES = "VTKHDF/Steps/Values"
 
