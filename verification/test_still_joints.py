@@ -414,6 +414,31 @@ def test_a_stiff_hinge_that_is_loaded_is_a_weld():
     np.testing.assert_allclose(hinged, welded, rtol=2e-4)
 
 
+def test_a_hinge_is_slack_where_it_rests():
+    """``rest`` turns a free plate by that angle, in a linear step too, where nothing was seen of
+    it; no moment is left, and no warning is given."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+    model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, joints=[Hinge(*sides, stiffness=5.0, rest=0.6)],
+                     supports=[Support(mesh.nodes_at(x=0.0), ALL)])
+    tip = mesh.nodes_at(x=2.0)
+    linear, path = solve_linear(model), load_control(model, (0.5, 1.0))
+    np.testing.assert_allclose(linear.displacement[tip, 2], -0.6, rtol=1e-9)
+    np.testing.assert_allclose(path.displacement[-1][tip, 2], -np.sin(0.6), rtol=1e-9)
+    np.testing.assert_allclose(path.joint_angles[:, 0], (0.3, 0.6), rtol=1e-9)
+    assert abs(linear.joint_moments[0]) < 1e-9 and np.abs(path.joint_moments).max() < 1e-9
+
+
+def test_linear_moments_of_hinges():
+    """``M = P L`` of a load at the tip."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+    model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, joints=[Hinge(*sides, stiffness=5.0)],
+                     supports=[Support(mesh.nodes_at(x=0.0), ALL)],
+                     loads=[NodalLoad(i, (0.0, 0.0, 2.0)) for i in mesh.nodes_at(x=2.0)])
+    assert abs(solve_linear(model).joint_moments[0]) == pytest.approx(6.0, rel=1e-9)
+
+
 def test_the_tangent_of_a_loaded_hinge():
     """Against differences of the residual, in a state where it is bent."""
     equilibrium = Equilibrium(angle_frame(2.0), DEFAULT)

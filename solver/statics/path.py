@@ -149,7 +149,8 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        inner, sprung = self._sum(system.inner_forces), np.any(system.of_springs())
+        inner = self._sum(system.inner_forces)
+        sprung = self._sum(system.of_springs()) > system.rounding_of_springs(self.equilibrium.state)
         largest = max(applied, unmasked, inner, self._heat)
         moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
         if left > FEW * largest and not (moved and not (sprung or self._loaded(factor))):

@@ -183,9 +183,11 @@ class Hinges:
 
     def linear(self, dofs, state, motion):
         """Changes (n_dof,) of the forces of springs, stops and latches by a small ``motion``
-        (n_dof,) from a ``state``, whose forces were added before, at the angles of its start."""
+        (n_dof,) from a ``state``, whose forces were added before, at the angles of its start;
+        ``moments`` are with them then."""
         change = np.zeros_like(motion)
         turned = self.moment_changes(dofs, state, motion)
+        self.moments[:] += turned
         np.add.at(change, self._turning(dofs), turned[:, None] * self._on_rotations[:, :4])
         return change
 

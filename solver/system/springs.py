@@ -35,6 +35,11 @@ class AxialSprings:
                                     iterate.state.motion, iterate.delta, iterate.step, values,
                                     skew)
 
+    def scale(self, state):
+        """Sum of ``k (l + L)``, of whose rounding a slack spring's force is [N]."""
+        k, L = self._constants[:, springs.K], self._constants[:, springs.LENGTH]
+        return float(k @ (self._lengths(state) + L))
+
     def linear(self, state, u):
         """(n_nodes, 3) changes of the forces by small displacements u (n_nodes, 3), with the slopes
         of tables towards longer springs [N]."""
@@ -109,6 +114,10 @@ class GroundSprings:
         springs.add_ground_stiffness(dofs, storage, self.cells, self._stiffness,
                                      iterate.step.stiffness, values, skew)
 
+    def scale(self, state):
+        """Sum of ``k |u|`` [N]."""
+        return float(np.sum(self._stiffness * np.abs(self._moved(state))))
+
     def linear(self, state, u):
         """(n_nodes, 3) changes of the forces by small displacements u (n_nodes, 3) [N]."""
         change, nodes = np.zeros_like(u), self.cells[:, 0]
@@ -117,9 +126,12 @@ class GroundSprings:
 
     def energy(self, state):
         """``1/2 sum u . k u`` [J]."""
+        return 0.5 * float(np.sum(self._stiffness * self._moved(state)**2))
+
+    def _moved(self, state):
+        """(n, 3) displacements [m]."""
         nodes = self.cells[:, 0]
-        u = (state.x[nodes] - self._X) + state.x_low[nodes]
-        return 0.5 * float(np.sum(self._stiffness * u**2))
+        return (state.x[nodes] - self._X) + state.x_low[nodes]
 
 
 class TurningSprings:

@@ -13,11 +13,12 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from ..kernels.arguments import STATIC
-from ..kernels.hinges import ANGLE
+from ..kernels.hinges import ANGLE, SLACK, K
 from ..model.joints import Hinge
 from .constrained import Linking
 from .joints import Angle
 from .linear import SuperLU, UnsymmetricLU
+from .rounding import EPS
 from .still_links import StillLinks
 from .system import System
 
@@ -97,6 +98,13 @@ class StillSystem(System):
             found[self.linked.dofs] -= self.linked.acting
         return found
 
+    def rounding_of_springs(self, state):
+        """Sum of the magnitudes of the forces that rounded angles and lengths leave in springs that
+        are slack [N]."""
+        angles = np.abs(state.hinges[:, ANGLE]) + np.abs(state.hinges[:, SLACK])
+        turning = self.turnings.constants[:, K] @ angles / self.model.size
+        return 8.0 * EPS * (turning + sum(spring.scale(state) for spring in self._springs))
+
     def acting(self, loads):
         """(n_dof,) forces of the loads, and of springs where there are no joints with multipliers,
         in the iterate that was assembled last."""
@@ -123,10 +131,10 @@ class StillSystem(System):
 
     def forces_of_springs(self, state, start, motion):
         """As of ``System``, with those of revolute joints, and as moments of hinges turn."""
+        moments = self.hinges.moments.copy()
         change = super().forces_of_springs(state, start, motion)
         if self._curved:
-            turned = self.hinges.curvature(self.dofs, state, start.p, start.A1,
-                                           self.hinges.moments) @ motion
+            turned = self.hinges.curvature(self.dofs, state, start.p, start.A1, moments) @ motion
             self.inner_forces -= turned
             change -= turned
         if self.linked:
