@@ -35,6 +35,7 @@ from corovec import (
     join,
     load_control,
     modes,
+    read,
     simulate,
     solve_linear,
 )
@@ -528,6 +529,29 @@ def test_resumed(model, factors, tmp_path):
     for name in ("displacement", "joint_forces", "joint_moments", "joint_couples", "joint_angles"):
         np.testing.assert_allclose(getattr(resumed, name), getattr(whole, name), rtol=1e-9,
                                    atol=1e-9)
+    _of_file(file, resumed)
+
+
+def test_files_of_paths_tell_of_joints(tmp_path, monkeypatch):
+    """Of one that grows beyond what it had room for, too; and as tables."""
+    monkeypatch.setattr("corovec.solver.statics.arc_length.ROOM", 2)
+    path = arc_length(column(aside=1e-3), 0.05, lambda factor, u: factor > 7.5,
+                      output=tmp_path / "path.h5")
+    assert len(path.factors) > 5
+    _of_file(tmp_path / "path.h5", path)
+    frame = path.frame()
+    np.testing.assert_array_equal(frame["joints.force_0_z"], path.joint_forces[:, 0, 2])
+    np.testing.assert_array_equal(frame["joints.angle_0"], path.joint_angles[:, 0])
+
+
+def _of_file(file, result):
+    history = read(file)["history"]
+    history = history[len(history) - len(result.factors):]
+    for column, values in (
+            ("joints.force", result.joint_forces), ("joints.moment", result.joint_moments),
+            ("joints.couple", result.joint_couples), ("joints.angle", result.joint_angles),
+            ("places.angle", result.hinges[..., 0]), ("places.latched", result.hinges[..., 1])):
+        np.testing.assert_array_equal(history[column], values)
 
 
 def _stop_at(at):

@@ -17,7 +17,7 @@ from .vtkhdf import frames_shown
 
 FORMAT = "corovec-run-9"
 
-OLDER = tuple(f"corovec-run-{k}" for k in range(1, 8))
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, 9))
 
 
 @checked
