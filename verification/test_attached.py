@@ -25,6 +25,7 @@ from corovec import (
     Support,
     TimeFunction,
     buckling,
+    energy_table,
     foundation,
     load_control,
     rigid_velocity,
@@ -157,6 +158,87 @@ def test_springs_are_followed_by_newton_and_keep_energy():
         wrong = simulate(model, Settings(dt=0.01, end_time=2.0, newton=TIGHT,
                                          scheme=Scheme(name="newmark")))
     assert np.ptp(total_energy(wrong.history)) > 10.0 * np.ptp(energy)
+
+
+def two_plates(attached, thickness=0.5, youngs=1e11, density=2.0, **options):
+    """Two equal plates, one above the other, 1 m apart; stiff ones of 1 kg."""
+    mesh = rectangle(1.0, 1.0, (2, 2))
+    n = len(mesh.nodes)
+    nodes = np.vstack([mesh.nodes, mesh.nodes + (0.0, 0.0, 1.0)])
+    quads = np.vstack([mesh.quads, mesh.quads + n])
+    return Model(nodes, quads, thickness, youngs, 0.0, density,
+                 attached=[item(n) for item in attached], **options)
+
+
+@pytest.mark.parametrize("given", [
+    {"stiffness": 5.0, "damping": 0.4},
+    {"spring_extensions": (-1.0, 1.0), "spring_forces": (-5.0, 5.0),
+     "damper_rates": (-9.0, 9.0), "damper_forces": (-3.6, 3.6)},
+    {"stiffness": 2.0, "damping": 0.3, "spring_extensions": (-1.0, 0.0, 0.5),
+     "spring_forces": (-3.0, 0.0, 1.5), "damper_rates": (-2.0, 2.0),
+     "damper_forces": (-0.2, 0.2)}])
+def test_an_oscillator_with_a_damper(given):
+    """``x = x_0 exp(-d t) (cos w t + d/w sin w t)`` of two plates of mass m with four springs k and
+    dampers c between their corners: ``d = 4 c / m``, ``w^2 = 8 k / m - d^2``; given as numbers, as
+    tables, and as both."""
+    corners = (0, 2, 6, 8)
+    model = two_plates([lambda n, i=i: Spring(i, i + n, length=0.75, **given) for i in corners])
+    result = simulate(model, Settings(dt=0.0025, end_time=2.0, scheme=Scheme("exact")),
+                      probes={"low": 0, "high": 9})
+    time = result.history["time"]
+    apart = 0.25 + result.history["high_u"][:, 2] - result.history["low_u"][:, 2]
+    d, m = 4.0 * 0.4 / 1.0, 1.0
+    w = np.sqrt(8.0 * 5.0 / m - d**2)
+    exact = 0.25 * np.exp(-d * time) * (np.cos(w * time) + d / w * np.sin(w * time))
+    assert np.abs(apart - exact).max() < 1e-5
+    lost = result.history["dissipated"]
+    assert lost[-1] == pytest.approx(4 * 0.5 * 5.0 * 0.25**2, rel=0.01) and np.all(
+        np.diff(lost) >= 0.0)
+    assert np.abs(result.energy_balance) < 1e-12
+    table = energy_table(result)
+    for k in range(4):
+        own = table[table["item"] == f"spring {k}"]["dissipated"].to_numpy()
+        np.testing.assert_allclose(own, lost / 4.0, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("scheme, kept", [("exact", 1e-12), ("quasi", 1e-4)])
+def test_bent_tables_of_springs_in_flight(scheme, kept):
+    """Energy, what dampers took and both momenta of a free flight, in which springs pass the points
+    of their tables."""
+    attached = [lambda n, i=i: Spring(
+        i, i + n, 0.5, length=0.9, spring_extensions=(-0.3, -0.1, 0.1, 0.4),
+        spring_forces=(-3.0, -2.5, 0.5, 0.4), damper_rates=(-1.0, -0.2, 0.2, 3.0),
+        damper_forces=(-0.3, 0.0, 0.0, 0.2)) for i in (0, 2, 6)]
+    soft = {"thickness": 0.02, "youngs": 1e7, "density": 50.0}
+    rest = two_plates(attached, **soft)
+    v, w = rigid_velocity(rest, (0.1, 0.0, 0.2), (0.4, 0.3, 1.0), rest.centre)
+    model = two_plates(attached, **soft, velocity=v, normal_velocity=w)
+    result = simulate(model, Settings(dt=0.02, end_time=4.0, scheme=Scheme(scheme), newton=TIGHT))
+    energy, lost = total_energy(result.history), result.history["dissipated"]
+    assert np.abs(energy + lost - energy[0]).max() < kept * energy[0]
+    assert lost[-1] > 0.01 * energy[0] and np.all(np.diff(lost) >= 0.0)
+    assert result.drift.linear_momentum < 1e-12 and result.drift.angular_momentum < kept
+
+
+def test_a_tabled_spring_in_equilibrium():
+    """It pulls by what its table says, in a path and in a linear step; dampers take no part."""
+    mesh = rectangle(1.0, 1.0, (2, 2))
+    supports = [Support((0, 1, 2, 3, 5, 6, 7), ("x", "y", "z", "px", "py"))]
+    spring = Spring(8, 0, spring_extensions=(-1.0, 0.0, 2.0), spring_forces=(-900.0, 0.0, 200.0),
+                    damping=1e3)
+    model = Model(mesh.nodes, mesh.quads, 0.01, 1e3, 0.0, 1.0, supports=supports, attached=[spring],
+                  loads=[NodalLoad(8, (0.02, 0.02, 0.0))])
+    linear = solve_linear(model).displacement[8, 0]
+    result = load_control(model, np.array((0.5, 1.0)))
+    u = result.displacement[-1, 8]
+    plain = replace_attached(model, Spring(8, 0, 100.0))
+    assert u == pytest.approx(load_control(plain, np.array((0.5, 1.0))).displacement[-1, 8],
+                              rel=1e-9)
+    assert linear == pytest.approx(solve_linear(plain).displacement[8, 0], rel=1e-4)
+
+
+def replace_attached(model, *attached):
+    return Model(**{**fields(model), "attached": list(attached)})
 
 
 def test_ground_springs_hold_a_shell():
@@ -318,6 +400,15 @@ def test_a_motion_comes_to_rest_on_the_arc():
     (lambda: PointMass(0, -1.0), "point mass at node 0: mass must not be negative, is -1 kg"),
     (lambda: Spring(1, 1, 5.0), "spring: both ends are node 1"),
     (lambda: Spring(1, 2, 5.0, length=0.0), "spring at node 1: length"),
+    (lambda: Spring(1, 2), "spring at node 1: a stiffness, a damping or a table is needed"),
+    (lambda: Spring(1, 2, 1.0, damping=-1.0), "spring at node 1: damping must not be negative"),
+    (lambda: Spring(1, 2, spring_extensions=(0.0, 1.0)), "2 spring_extensions but 0 spring_forces"),
+    (lambda: Spring(1, 2, spring_extensions=(1.0, 0.0), spring_forces=(0.0, 1.0)),
+     r"spring_extensions must rise, spring_extensions\[1\] = 0 follows 1"),
+    (lambda: Spring(1, 2, damper_rates=(-1.0, 1.0), damper_forces=(1.0, 1.0)),
+     r"damper_forces\[0\] = 1 N drives the motion at -1 m/s"),
+    (lambda: Spring(1, 2, damper_rates=(1.0, 2.0), damper_forces=(1.0, 1.0)),
+     "damper_forces must be zero at rest, are 1 N there"),
     (lambda: GroundSpring(3, (1.0, -2.0, 0.0)), "ground spring at node 3: stiffness"),
     (lambda: Damping(mass=-1.0), "damping: mass must not be negative"),
     (lambda: Damping.of_ratios(0.1, 1.0, 0.0001, 50.0), "neither may be negative"),

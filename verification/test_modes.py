@@ -34,7 +34,6 @@ from corovec.solver.kernels.arguments import STATIC
 from corovec.solver.modes.eigen import first_vector, lowest, most_negative
 from corovec.solver.modes.matrices import (
     coriolis,
-    free_basis,
     mass,
     rates_of_places,
     sparse_system,
@@ -326,7 +325,7 @@ def test_what_is_not_negative_is_not_critical():
 def test_free_dofs_are_those_of_no_support():
     model, _ = strip()
     system = sparse_system(model)
-    assert free_basis(system).shape[1] == 80 == np.count_nonzero(~system.dofs.fixed)
+    assert system.basis().shape[1] == 80 == np.count_nonzero(~system.dofs.fixed)
 
 
 def test_frequencies_of_thin_shells():

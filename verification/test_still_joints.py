@@ -35,13 +35,16 @@ from corovec import (
     join,
     load_control,
     modes,
+    read,
     simulate,
     solve_linear,
 )
+from corovec.solver.kernels.arguments import STATIC
 from corovec.solver.statics.equilibrium import Equilibrium
 from corovec.solver.statics.settings import DEFAULT
 from corovec.solver.system.failure import NotConverged
 from corovec.solver.system.joints import angle_derivatives
+from corovec.solver.system.loads import at_factor
 from corovec.solver.system.still_links import StillLinks
 from corovec.verification.suites.exact import EXACT
 
@@ -261,14 +264,15 @@ def test_convergence_is_quadratic(monkeypatch):
     result = load_control(wing(), [1.0])
     works = np.array(result.works)
     assert tip(result) > 0.3 and works[-1] < 1e-9 * works[-2]
-    whole = StillLinks.stiffen
+    whole = StillLinks.second
 
     def without(self, nodes, iterate):
         forces, self.forces = self.forces, 0.0 * self.forces
-        whole(self, nodes, iterate)
+        found = whole(self, nodes, iterate)
         self.forces = forces
+        return found
 
-    monkeypatch.setattr(StillLinks, "stiffen", without)
+    monkeypatch.setattr(StillLinks, "second", without)
     with pytest.raises(NotConverged, match="it converges, slowly"):
         Equilibrium(wing(), DEFAULT).equilibrate(1.0)
 
@@ -386,6 +390,78 @@ def test_buckling_of_a_column():
     assert phi[-1] > 1.0 and np.all(path.negative_pivots[1:] == 0)
 
 
+def angle_frame(stiffness=None):
+    """A column with a beam at its head, welded or on a hinge with a spring; a load at the tip."""
+    column = block([(0, 0, 0), (0, 0.2, 0), (0, 0.2, 1), (0, 0, 1)], (1, 6))
+    beam = block([(0, 0, 1), (0, 0.2, 1), (1, 0.2, 1), (1, 0, 1)], (1, 6))
+    mesh, joints = join([column, beam]), []
+    if stiffness:
+        mesh, *sides = cut(mesh, (0, 0, 1), (0, 0.2, 1))
+        joints = [Hinge(*sides, stiffness=stiffness)]
+    return Model.of(mesh, 0.01, 1e9, 0.0, 1000.0, joints=joints, fold_angle=45.0,
+                    supports=[Support(mesh.nodes_at(z=0.0), ALL)],
+                    loads=[NodalLoad(i, (0.0, 0.0, -1.0)) for i in mesh.nodes_at(x=1.0)])
+
+
+def test_a_stiff_hinge_that_is_loaded_is_a_weld():
+    """Buckling factors about the initial shape and a loaded state, modes there and the path; where
+    the moments of hinges were not in the tangents, the second factor was 148 instead of 53."""
+    weld, hinge = angle_frame(), angle_frame(1e5)
+    np.testing.assert_allclose(buckling(hinge, 3).factors, buckling(weld, 3).factors, rtol=1e-6)
+    paths = [load_control(model, (0.5, 1.0)) for model in (weld, hinge)]
+    welded, hinged = (modes(model, 3, path).omega for model, path in zip((weld, hinge), paths))
+    np.testing.assert_allclose(hinged, welded, rtol=2e-4)
+    welded, hinged = (buckling(model, 2, path).factors for model, path in zip((weld, hinge), paths))
+    np.testing.assert_allclose(hinged, welded, rtol=2e-4)
+
+
+def test_a_hinge_is_slack_where_it_rests():
+    """``rest`` turns a free plate by that angle, in a linear step too, where nothing was seen of
+    it; no moment is left, and no warning is given."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+    model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, joints=[Hinge(*sides, stiffness=5.0, rest=0.6)],
+                     supports=[Support(mesh.nodes_at(x=0.0), ALL)])
+    tip = mesh.nodes_at(x=2.0)
+    linear, path = solve_linear(model), load_control(model, (0.5, 1.0))
+    np.testing.assert_allclose(linear.displacement[tip, 2], -0.6, rtol=1e-9)
+    np.testing.assert_allclose(path.displacement[-1][tip, 2], -np.sin(0.6), rtol=1e-9)
+    np.testing.assert_allclose(path.joint_angles[:, 0], (0.3, 0.6), rtol=1e-9)
+    assert abs(linear.joint_moments[0]) < 1e-9 and np.abs(path.joint_moments).max() < 1e-9
+
+
+def test_linear_moments_of_hinges():
+    """``M = P L`` of a load at the tip."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    mesh, *sides = cut(mesh, (1, 0, 0), (1, 1, 0))
+    model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, joints=[Hinge(*sides, stiffness=5.0)],
+                     supports=[Support(mesh.nodes_at(x=0.0), ALL)],
+                     loads=[NodalLoad(i, (0.0, 0.0, 2.0)) for i in mesh.nodes_at(x=2.0)])
+    assert abs(solve_linear(model).joint_moments[0]) == pytest.approx(6.0, rel=1e-9)
+
+
+def test_the_tangent_of_a_loaded_hinge():
+    """Against differences of the residual, in a state where it is bent."""
+    equilibrium = Equilibrium(angle_frame(2.0), DEFAULT)
+    system = equilibrium.system
+    equilibrium.equilibrate(0.5)
+    equilibrium.equilibrate(1.0)
+    equilibrium.assemble(1.0)
+    assert abs(equilibrium.state.hinges[0, 0]) > 0.3
+    T, step = system.basis(), 1e-6
+    K = T.T @ system.solver.matrix() @ T
+    for v in np.random.default_rng(3).normal(size=(3, T.shape[1])):
+        way = T @ v / np.abs(T @ v).max()
+        ends = []
+        for sign in (1.0, -1.0):
+            system.assemble(equilibrium.state, equilibrium.place, STATIC, sign * step * way,
+                            system.loads_by(at_factor(1.0)), tangent=False)
+            ends.append(T.T @ system.residual.balance)
+        wanted = (ends[1] - ends[0]) / (2.0 * step)
+        found = K @ v / np.abs(T @ v).max()
+        assert np.abs(found - wanted).max() < 1e-6 * np.abs(wanted).max()
+
+
 def test_free_bodies_have_zero_modes():
     """Two plates on a ball joint: six rigid motions and three of the joint."""
     one, two = strip(0.0, 1), strip(1.5, 1)
@@ -453,6 +529,29 @@ def test_resumed(model, factors, tmp_path):
     for name in ("displacement", "joint_forces", "joint_moments", "joint_couples", "joint_angles"):
         np.testing.assert_allclose(getattr(resumed, name), getattr(whole, name), rtol=1e-9,
                                    atol=1e-9)
+    _of_file(file, resumed)
+
+
+def test_files_of_paths_tell_of_joints(tmp_path, monkeypatch):
+    """Of one that grows beyond what it had room for, too; and as tables."""
+    monkeypatch.setattr("corovec.solver.statics.arc_length.ROOM", 2)
+    path = arc_length(column(aside=1e-3), 0.05, lambda factor, u: factor > 7.5,
+                      output=tmp_path / "path.h5")
+    assert len(path.factors) > 5
+    _of_file(tmp_path / "path.h5", path)
+    frame = path.frame()
+    np.testing.assert_array_equal(frame["joints.force_0_z"], path.joint_forces[:, 0, 2])
+    np.testing.assert_array_equal(frame["joints.angle_0"], path.joint_angles[:, 0])
+
+
+def _of_file(file, result):
+    history = read(file)["history"]
+    history = history[len(history) - len(result.factors):]
+    for column, values in (
+            ("joints.force", result.joint_forces), ("joints.moment", result.joint_moments),
+            ("joints.couple", result.joint_couples), ("joints.angle", result.joint_angles),
+            ("places.angle", result.hinges[..., 0]), ("places.latched", result.hinges[..., 1])):
+        np.testing.assert_array_equal(history[column], values)
 
 
 def _stop_at(at):

@@ -44,20 +44,24 @@ class Energies:
         self.names = {kind: names for kind, names in named.items() if names}
         self.counts = tuple((kind, len(names)) for kind, names in self.names.items())
 
-    def write(self, rows, system, state, place, turned):
+    def write(self, rows, system, state, place, record):
         """The last of ``rows``; before it stands that of the step before, if there is one.
-        ``turned``: see ``StepRecord``."""
+        ``record``: ``StepRecord``, of the step between them."""
         row = rows[-1]
         if "joints" in self.names:
             row["joints.stored"] = system.turnings.energies(state)
             if len(rows) == 2:
-                done = turned[system.turnings.numbers].T
+                done = record.turned[system.turnings.numbers].T
                 row["joints.work"], row["joints.lost"] = (
                     rows[0][f"joints.{what}"] + part for what, part in zip(("work", "lost"), done))
         if "bodies" in self.names:
             row["bodies.kinetic"] = system.bodies.kinetic(state, place.start)
         if "springs" in self.names:
             row["springs.stored"] = system.energies_of_springs(state, place, self._single)
+            if len(rows) == 2:
+                single = record.sprung if self._single else [np.sum(record.sprung)]
+                row["springs.lost"] = rows[0]["springs.lost"]
+                row["springs.lost"][:len(single)] += single
 
 
 def run_of(name, run):
@@ -78,10 +82,10 @@ def energy_table(run: Annotated[tuple, run_of], row: int = None):
 
     At any instant the sum of ``kinetic + stored + dissipated - work`` over all items is that of
     t = 0, but for what the scheme adds or loses, see ``energy_balance``.  What a joint has stored
-    is in its spring, stops and latch; it dissipates in its dampers, and its work is that of its
-    motor, its servo or its drive.  The ``shell`` has the kinetic energy of point masses, and
-    dissipates by ``Damping`` and the ``dissipation`` of the scheme.  Of more than 50 springs
-    between nodes, and of springs to the ground, there is the sum.
+    is in its spring, stops and latch; it dissipates in its dampers, as springs do, and its work is
+    that of its motor, its servo or its drive.  The ``shell`` has the kinetic energy of point
+    masses, and dissipates by ``Damping`` and the ``dissipation`` of the scheme.  Of more than 50
+    springs between nodes, and of springs to the ground, there is the sum.
 
     Args:
         run: ``Result``, or what ``read`` returns of a run in time.

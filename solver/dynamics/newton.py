@@ -69,6 +69,7 @@ class StepRecord:
         loads: ``Resultant`` of the loads times the length of the step.
         joints: (n_joints, 7) impulses of ``System.joints``, where they are asked for.
         turned: (n_joints, 2) work of motors, servos and drives, and what dampers took [J].
+        sprung: (n,) what the dampers of springs between nodes took [J].
         parts: of an adaptive step.
         rejected: parts that were taken back.
         local_error: the largest of a part [sizes of the shell].
@@ -83,6 +84,7 @@ class StepRecord:
     loads: Resultant = NOTHING
     joints: np.ndarray | float = 0.0
     turned: np.ndarray | float = 0.0
+    sprung: np.ndarray | float = 0.0
     parts: int = 1
     rejected: int = 0
     local_error: float = 0.0
@@ -96,6 +98,7 @@ class StepRecord:
         self.loads = self.loads.plus(part.loads, 1.0)
         self.joints = self.joints + part.joints
         self.turned = self.turned + part.turned
+        self.sprung = self.sprung + part.sprung
         if part.impulses:
             self.impulses = part.impulses.plus(self.impulses, 1.0) if self.impulses else (
                 part.impulses)

@@ -149,7 +149,7 @@ class Probes:
         ``StepRecord``; dt: its length [s]."""
         both = slice(max(step - 1, 0), step + 1)
         if self.energies.names:
-            self.energies.write(self._history[both], system, state, place, record.turned)
+            self.energies.write(self._history[both], system, state, place, record)
         for probe, columns in self._columns:
             if probe.kind == "joint":
                 probe.write(columns[both], system, state, place, record, dt)

@@ -134,8 +134,10 @@ class Stepper:
                 if drives is not None:
                     done[system.linked.drives, 0] += drives
                 system.turnings.latch(state)
+            sprung = system.lost_in_springs(self._before, state, dt)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
+            lost += float(sprung.sum())
             state.external_work += work
             state.support_work += driven
             state.dissipated += lost
@@ -147,6 +149,7 @@ class Stepper:
             raise
         record.switches += switches
         record.joints, record.turned = record.joints + joints, record.turned + done
+        record.sprung = record.sprung + sprung
         record.loads = record.loads.plus(applied, dt)
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))

@@ -6,7 +6,7 @@ from ..errors import InputError
 from ..model.attached import Damping, GroundSpring, PointMass, Spring, foundation
 from ..model.mesh import node_at
 from .places import Placed, elements_of
-from .values import Line, Name, NotNegative, Positive, Strict, in_unit
+from .values import Line, Name, NotNegative, Numbers, Positive, Strict, in_unit
 
 Three = tuple[NotNegative, NotNegative, NotNegative]
 Two = tuple[NotNegative, NotNegative]
@@ -34,26 +34,38 @@ class MassAt(Placed):
 
 
 class SpringBetween(Strict):
-    """A spring between two nodes, along the line between them.
+    """A spring and a damper between two nodes, along the line between them.
 
     Attributes:
         between: the points at which they are [m].
         stiffness: of the spring [N/m].
         length: at which it is slack; without it that of the start [m].
+        damping: of the damper [N s/m].
+        spring_extensions: of the table of a spring, counted from ``length``, rising [m].
+        spring_forces: there [N].
+        damper_rates: of the table of a damper, rising [m/s].
+        damper_forces: there [N].
     """
 
     between: in_unit("m", Line)
-    stiffness: in_unit("N/m", NotNegative)
+    stiffness: in_unit("N/m", NotNegative) = NONE
     length: in_unit("m", Positive) | None = None
+    damping: in_unit("N s/m", NotNegative) = NONE
+    spring_extensions: in_unit("m", Numbers) | None = None
+    spring_forces: in_unit("N", Numbers) | None = None
+    damper_rates: in_unit("m/s", Numbers) | None = None
+    damper_forces: in_unit("N", Numbers) | None = None
 
     def made(self, mesh):
         """``Spring`` on a ``Mesh``, a list of one.
 
         Raises:
-            InputError: its ends are not there, or one.
+            InputError: its ends are not there, or one; it has no force, or a table that is none.
         """
         ends = (node_at(mesh.nodes, point) for point in self.between.value)
-        return [Spring(*ends, self.stiffness.value, self.length and self.length.value)]
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        return [Spring(*ends, **{name: entry.value for name, entry in given.items()
+                                 if entry is not None and name != "between"})]
 
 
 class SpringToGround(Placed):

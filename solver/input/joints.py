@@ -19,12 +19,22 @@ from ..model.linkages import (
 )
 from ..model.mesh import node_at
 from .places import Placed
-from .values import Line, Name, NotNegative, Number, Point, Positive, Strict, in_unit, only_one
+from .values import (
+    Line,
+    Name,
+    NotNegative,
+    Number,
+    Numbers,
+    Point,
+    Positive,
+    Strict,
+    in_unit,
+    only_one,
+)
 
 NONE = Field(0.0, validate_default=True)
 End = Name | Point
 Three = tuple[Positive, Positive, Positive]
-Numbers = tuple[Number, ...]
 
 MOMENT = ("stiffness", "rest", "turning", "spring_angles", "spring_moments", "damping",
           "damper_rates", "damper_moments", "stops", "stop_stiffness", "lock",

@@ -67,6 +67,7 @@ Beside = Annotated[Name, AfterValidator(lambda file, info: str(
 Probe = Annotated[str, BeforeValidator(probe_name)]
 Title = Annotated[str, BeforeValidator(lambda given: given if given == "" else text("", given))]
 Polar = within(0.0, 180.0)
+Numbers = tuple[Number, ...]
 Point = tuple[Number, Number, Number]
 NumberOrPoint = Annotated[Number | Point, BeforeValidator(number_or_vector)]
 Line = tuple[Point, Point]

@@ -19,6 +19,7 @@ from .arguments import DONE
 from .discrete import triple_remainder
 from .jit import internal, kernel
 from .storage import add_cell
+from .tables import in_table, table_mean
 from .vectors import cross, dot
 
 SMALL_TANGENT = 1e-3
@@ -96,51 +97,6 @@ def _slope_change(stiffness, limit, side, before, after, weight):
 
 
 @internal
-def _in_table(own, first, n, x):
-    """Value, integral from zero and slope at x of a table of n points from a column ``first`` on;
-    constant beyond both ends."""
-    last = first + n - 1
-    if x <= own[first]:
-        return own[first + n], own[first + 2 * n] + own[first + n] * (x - own[first]), 0.0
-    if x >= own[last]:
-        return own[last + n], own[last + 2 * n] + own[last + n] * (x - own[last]), 0.0
-    i = first
-    while x >= own[i + 1]:
-        i += 1
-    slope = (own[i + n + 1] - own[i + n]) / (own[i + 1] - own[i])
-    d = x - own[i]
-    value = own[i + n] + slope * d
-    if own[i] <= 0.0 <= own[i + 1]:  # from zero: the integrals of the ends would cancel
-        k = i if own[i] + own[i + 1] >= 0.0 else i + 1
-        return value, (own[k + n] - slope * own[k] + 0.5 * slope * x) * x, slope
-    return value, own[i + 2 * n] + (own[i + n] + 0.5 * slope * d) * d, slope
-
-
-@internal
-def _table_mean(own, first, n, before, after, weight):
-    """``(V_1 - V_0) / (after - before)`` of the integral V of a table, and its derivative by
-    ``after``; of equal ends the value, and ``weight`` times the slope.
-
-    Sums over what lies between the points: nothing cancels however small the change is.
-    """
-    value, _, slope = _in_table(own, first, n, after)
-    change = after - before
-    low, high = min(before, after), max(before, after)
-    if not high > low:
-        return value, weight * slope
-    mean, turn, a = 0.0, 0.0, low
-    at, _, _ = _in_table(own, first, n, low)
-    for i in range(first, first + n + 1):
-        b = high if i == first + n else min(own[i], high)
-        if b > a:
-            other, _, _ = _in_table(own, first, n, b)
-            mean += 0.5 * (at + other) * (b - a)
-            turn += (other - at) * (0.5 * (a + b) - before)
-            a, at = b, other
-    return mean / (high - low), turn / (change * abs(change))
-
-
-@internal
 def _side(own):
     """Of which kind of limit the latch is."""
     return 1.0 if own[LOCK] > 0.0 else -1.0
@@ -161,7 +117,7 @@ def energy(constants, states):
                                        + _beyond(angle, own[MOST], 1.0)**2))
         n = int(own[OF_SPRING])
         if n > 0:
-            total += _in_table(own, TABLES, n, angle - states[k, SLACK])[1]
+            total += in_table(own, TABLES, n, angle - states[k, SLACK])[1]
     return total
 
 
@@ -178,11 +134,11 @@ def _moment(own, state, before, after, slack, weight, rate):
     n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
     if n > 0:
         start = after - slack if weight == 1.0 else before - state[SLACK]
-        pull, less = _table_mean(own, TABLES, n, start, after - slack, weight)
+        pull, less = table_mean(own, TABLES, n, start, after - slack, weight)
         moment -= pull
         stiffness += less
     if m > 0:
-        pull, _, less = _in_table(own, TABLES + 3 * n, m, rate * change)
+        pull, _, less = in_table(own, TABLES + 3 * n, m, rate * change)
         moment -= pull
         stiffness += less * rate
     stiffness += _slope_change(own[STOP], own[LEAST], -1.0, before, after, weight)
@@ -328,6 +284,6 @@ def done(constants, before, after, dt, found):
         found[k, 0], found[k, 1] = 0.5 * own[K] * (start + end), damping * change**2 / dt
         n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
         if n > 0:
-            found[k, 0] += _table_mean(own, TABLES, n, start, end, 0.5)[0]
+            found[k, 0] += table_mean(own, TABLES, n, start, end, 0.5)[0]
         if m > 0:
-            found[k, 1] += _in_table(own, TABLES + 3 * n, m, change / dt)[0] * change
+            found[k, 1] += in_table(own, TABLES + 3 * n, m, change / dt)[0] * change

@@ -8,6 +8,7 @@ from ..checks import TINY, floats, integer, not_negative, positive, vector
 from ..errors import InputError
 from ..fields import put
 from .loads import shares_of_area
+from .tables import check_tables
 
 
 @dataclass(frozen=True)
@@ -31,25 +32,54 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring between two nodes, along the line between them: ``1/2 k (l - L)^2``.
+    """A spring and a damper between two nodes, along the line between them.
 
-    ``stiffness`` k [N/m]; ``length`` L [m] at which it is slack, left out: that of the start.
+    Of a length l they pull by ``k (l - L) + c dl/dt``.  Either may be a table instead, or besides:
+    forces that pull at extensions ``l - L`` and at rates; linear between its points, constant
+    beyond both ends.
+
+    Attributes:
+        node: one end.
+        other: the other end.
+        stiffness: k [N/m].
+        length: L, at which the spring is slack [m]; left out, that of the start.
+        damping: c [N s/m].
+        spring_extensions: of the table of a spring, rising [m].
+        spring_forces: there [N].
+        damper_rates: of the table of a damper, rising [m/s].
+        damper_forces: there, zero at rest and never with the motion [N].
     """
 
     node: int
     other: int
-    stiffness: float
+    stiffness: float = 0.0
     length: float = None
+    damping: float = 0.0
+    spring_extensions: tuple = ()
+    spring_forces: tuple = ()
+    damper_rates: tuple = ()
+    damper_forces: tuple = ()
 
     def __post_init__(self):
         put(self, node=integer("spring: node", self.node),
             other=integer("spring: other", self.other))
         if self.node == self.other:
             raise InputError(f"spring: both ends are node {self.node}")
-        put(self, stiffness=not_negative(f"spring at node {self.node}: stiffness",
-                                         self.stiffness, "N/m"))
+        what = f"spring at node {self.node}"
+        put(self, stiffness=not_negative(f"{what}: stiffness", self.stiffness, "N/m"),
+            damping=not_negative(f"{what}: damping", self.damping, "N s/m"))
         if self.length is not None:
-            put(self, length=positive(f"spring at node {self.node}: length", self.length, "m"))
+            put(self, length=positive(f"{what}: length", self.length, "m"))
+        check_tables(what, self, ("spring_extensions", "spring_forces"),
+                     ("damper_rates", "damper_forces"), ("m/s", "N"))
+        if not (self.stiffness or self.damping or self.spring_forces or self.damper_forces):
+            raise InputError(f"{what}: a stiffness, a damping or a table is needed")
+
+    @property
+    def steepest(self):
+        """Largest stiffness, that of a table included [N/m]."""
+        slopes = np.diff(self.spring_forces) / np.diff(self.spring_extensions)
+        return self.stiffness + float(np.abs(slopes).max(initial=0.0))
 
 
 @dataclass(frozen=True)

@@ -16,15 +16,13 @@ from ..errors import InputError
 from ..fields import put
 from .histories import CONSTANT, FunctionOfTime
 from .loads import Support, history_of
+from .tables import check_tables
 
 STRAIGHT = 1e-6
 """How far a node of a hinge may lie beside its axis, in lengths of the hinge."""
 
 PLACE = 1e-6
 """How far apart joined nodes may lie, in the spacing of the hinge or sizes of the shell."""
-
-ROUNDING = 1e-12
-"""Part of the moments of a damper's table by which the one at rest may miss zero."""
 
 NEAR = 1e-6
 """Change of angle [rad] by which a spring given as a table shows whether it holds."""
@@ -117,7 +115,8 @@ class Turning:
             torque=number(f"{what}: torque", self.torque, "N m"),
             **{name: history_of(getattr(self, name), f"{what}: {name}")
                for name in ("history", "turning")})
-        self._check_tables(what)
+        check_tables(what, self, ("spring_angles", "spring_moments"),
+                     ("damper_rates", "damper_moments"), ("rad/s", "N m"))
         if self.stops is not None:
             stops = numbers(f"{what}: stops", self.stops)
             if len(stops) != 2 or not stops[0] < stops[1] or not stops[0] <= 0.0 <= stops[1]:
@@ -130,28 +129,6 @@ class Turning:
             if self.lock == 0.0:
                 raise InputError(f"{what}: lock must not be the initial angle 0: that is no joint")
             positive(f"{what}: lock_stiffness", self.lock_stiffness, "N m/rad")
-
-    def _check_tables(self, what):
-        for places, values in (("spring_angles", "spring_moments"),
-                               ("damper_rates", "damper_moments")):
-            x, m = (numbers(f"{what}: {name}", getattr(self, name)) for name in (places, values))
-            put(self, **{places: x, values: m})
-            if len(x) != len(m):
-                raise InputError(f"{what}: {len(x)} {places} but {len(m)} {values}")
-            if len(x) == 1:
-                raise InputError(f"{what}: {places} must be two or more, one is given")
-            for k, (one, other) in enumerate(zip(x, x[1:])):
-                if not one < other:
-                    raise InputError(f"{what}: {places} must rise, {places}[{k + 1}] = {other:g} "
-                                     f"follows {one:g}")
-        x, m = self.damper_rates, self.damper_moments
-        for k, (rate, moment) in enumerate(zip(x, m)):
-            if rate * moment < 0.0:
-                raise InputError(f"{what}: damper_moments[{k}] = {moment:g} N m drives the motion "
-                                 f"at {rate:g} rad/s: its sign must be that of the rate")
-        if x and abs(np.interp(0.0, x, m)) > ROUNDING * max(map(abs, m)):
-            raise InputError(f"{what}: damper_moments must be zero at rest, are "
-                             f"{np.interp(0.0, x, m):g} N m there")
 
     @property
     def acts(self):

@@ -98,6 +98,7 @@ def buckling(model: Model, n: Count = 1, state: object = None, factor: float = N
     if not (np.any(response) or np.any(equilibrium.pull)):
         raise InputError("buckling needs a load that is not zero where no support holds")
     equilibrium.predict(response)
+    system.foresee(equilibrium.state, response)
     if system.linked:
         system.linked.forces += equilibrium.pull
     if not (equilibrium.strained(response) or np.any(equilibrium.pull)):

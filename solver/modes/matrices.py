@@ -30,12 +30,9 @@ def stiffness(system, state, place, loads):
     if system.linked:
         system.lean(state, place, loads)
     K = _assembled(system, state, place, STATIC, loads)
-    if system.hinges:
-        T = free_basis(system)
-        K = (K + T.T @ system.hinges.curvature(system.dofs, state, place.start) @ T).tocsc()
     sizes, size = system.lengths, system.model.size
     left, *others = (np.abs(forces / sizes).sum() for forces in system.residual)
-    of_free = (free_basis(system) ** 2).T @ sizes
+    of_free = (system.basis() ** 2).T @ sizes
     rounding = EPS * size * np.sum(np.abs(K.diagonal()) / of_free**2)
     if left > FEW * max(others) and left > rounding:
         warn(f"the state is no equilibrium: forces balance to {left / max(others):.1g} only",
@@ -67,7 +64,7 @@ def coriolis(system, place, omega):
     by_director = _between(elements.directors, elements.rotary, len(nodes.body))
     J = rates_of_places(system, place)
     G = 2.0 * J.T @ block_diag([kron(by_node, W), kron(by_director, W)]) @ J
-    T = free_basis(system)
+    T = system.basis()
     return (T.T @ G @ T).tocsr()
 
 
@@ -88,20 +85,14 @@ def rates_of_places(system, place):
     return coo_array((values, (rows, columns)), shape=shape).tocsr()
 
 
-def free_basis(system):
-    """T (n_dof, n), sparse: ``dU = T dU_free`` of the free dofs, in the state that was assembled
-    last where there are joints; without them its columns are orthonormal."""
-    return system.linked.reduce() if system.linked else system.coordinates.basis()
-
-
 def of_all(system, vectors):
     """(n_dof, k) of vectors (n, k) of the free dofs, zero at the held ones."""
-    return free_basis(system) @ vectors
+    return system.basis() @ vectors
 
 
 def free_matrix(system):
     """The matrix that was assembled last, of the free dofs."""
-    T = free_basis(system)
+    T = system.basis()
     return (T.T @ system.solver.matrix() @ T).tocsc()
 
 

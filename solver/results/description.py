@@ -174,12 +174,14 @@ def parsed(text, sizes):
     if (description["nodes"], description["elements"]) != (sizes.nodes, sizes.elements):
         raise ValueError("description is of another mesh")
     _check_places(made, sizes)
+    items = dict(sizes.items)
+    of_items = ("joints", len(made.joints), items.get("joints", 0)) if sizes.static else (
+        "energies", {kind: len(names) for kind, names in made.energies.items()}, items)
     for place, told, there in (
             ("supported", description["supported"], sizes.supported),
             ("settings.stresses", description["settings"]["stresses"], sizes.stresses),
             ("probes", sorted(description.get("probes", ())), sorted(dict(sizes.probes))),
-            ("energies", {kind: len(names) for kind, names in
-                          description.get("energies", {}).items()}, dict(sizes.items))):
+            of_items):
         if told != there:
             raise ValueError(f"description.{place} is {told}, the datasets are of {there}")
     return description

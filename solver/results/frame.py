@@ -29,8 +29,8 @@ Rows = Annotated[np.ndarray, rows_of]
 @checked
 def data_frame(history: Rows):
     """A history as a ``pandas.DataFrame``, a row a step: vectors become columns with ``_x``, ``_y``
-    and ``_z`` behind their names, energies of single items (``joints.work``, see ``energy_table``)
-    with the numbers of these.
+    and ``_z`` behind their names, what belongs to single items (``joints.work``, see
+    ``energy_table``, ``joints.force`` of a static path) with the numbers of these.
 
     Args:
         history: ``read(path)["history"]``, or that of a ``Result``; results have ``frame()``.
@@ -42,12 +42,16 @@ def data_frame(history: Rows):
 
 
 def table(columns):
-    """A ``pandas.DataFrame`` of arrays (n,) and (n, 3) by their names."""
+    """A ``pandas.DataFrame`` of arrays (n,), (n, 3) and, of items, (n, k) and (n, k, 3) by their
+    names."""
     from pandas import DataFrame
     flat = {}
     for name, values in columns.items():
-        parts = next((parts for end, parts in COMPONENTS.items() if name.endswith(end)), "xyz")
-        parts = range(values.shape[-1]) if "." in name else parts
-        flat |= ({name: values} if values.ndim == 1 else
-                 {f"{name}_{part}": values[:, k] for k, part in enumerate(parts)})
+        ends = [""]
+        for number, size in enumerate(values.shape[1:]):
+            parts = next((parts for end, parts in COMPONENTS.items() if name.endswith(end)), "xyz")
+            parts = range(size) if "." in name and number == 0 else parts
+            ends = [f"{end}_{part}" for end in ends for part in parts]
+        flat |= {f"{name}{end}": each for end, each in zip(
+            ends, values.reshape(len(values), len(ends)).T)}
     return DataFrame(flat)

@@ -48,11 +48,18 @@ PROBES = {
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
 
-ITEMS = {"joints": ("stored", "work", "lost"), "bodies": ("kinetic",), "springs": ("stored",)}
+ITEMS = {"joints": ("stored", "work", "lost"), "bodies": ("kinetic",),
+         "springs": ("stored", "lost")}
 """Energies of single items in a row of a run: of each joint that has a moment or is driven what is
 stored there, the work of its motor, servo or drive and what its dampers took, of each rigid body
-the kinetic one, of springs what is stored [J].  Columns have a dot in their names, as
-``joints.work``, and a number an item; nothing of a model without such items."""
+the kinetic one, of springs what is stored and what their dampers took [J].  Columns have a dot in
+their names, as ``joints.work``, and a number an item; nothing of a model without such items."""
+
+OF_JOINTS = {"joints": {"force": (3,), "moment": (), "couple": (3,), "angle": ()},
+             "places": {"angle": (), "latched": ()}}
+"""What a row of a static path has of joints: of each of them what ``StaticResult`` tells, and of
+each place at which one has a moment its angle [rad] and whether its latch holds.  Columns have a
+dot in their names, as ``joints.force``; nothing of a model without joints."""
 
 TIMES = "VTKHDF/Steps/Values"
 
@@ -67,9 +74,28 @@ def probed(kinds, items=()):
     return np.dtype([*DYNAMICS.descr, *own, *each])
 
 
+def statics(items=()):
+    """The type of a row of a static path, with ``items``, ``(kind, number)`` of each of
+    ``OF_JOINTS`` that there are."""
+    own = [(f"{kind}.{what}", "f8", (number, *shape))
+           for kind, number in items for what, shape in OF_JOINTS[kind].items()]
+    return np.dtype([*STATICS.descr, *own])
+
+
+def is_static(row):
+    """Whether a type of rows is that of a static path."""
+    return "factor" in row.names
+
+
+def _items_of_rows(static):
+    """What rows have of single items, and the folder of it in a file."""
+    return (OF_JOINTS, "items") if static else (ITEMS, "energies")
+
+
 def items_of(row):
     """``(kind, number)`` of the items in a type of rows."""
-    firsts = {kind: f"{kind}.{what[0]}" for kind, what in ITEMS.items()}
+    kinds, _ = _items_of_rows(is_static(row))
+    firsts = {kind: f"{kind}.{next(iter(what))}" for kind, what in kinds.items()}
     return tuple((kind, row[first].shape[0]) for kind, first in firsts.items()
                  if first in row.names)
 
@@ -85,8 +111,9 @@ def columns(row):
     """``{column: its place in a file}`` of a type of rows."""
     own = {f"{name}{end}": f"probes/{name}/{what}" for name, kind in probe_kinds(row).items()
            for end, (what, _) in PROBES[kind].items()}
-    own |= {f"{kind}.{what}": f"energies/{kind}/{what}"
-            for kind, _ in items_of(row) for what in ITEMS[kind]}
+    kinds, folder = _items_of_rows(is_static(row))
+    own |= {f"{kind}.{what}": f"{folder}/{kind}/{what}"
+            for kind, _ in items_of(row) for what in kinds[kind]}
     return {name: own.get(name, f"history/{name}") for name in row.names}
 
 
@@ -100,7 +127,7 @@ class Sizes(NamedTuple):
         numbers: of a packed state.
         supported: whether frames have reactions; stresses: whether they have stresses.
         probes: ``(name, kind)`` of each.
-        items: ``(kind, number)`` of those whose energies are kept.
+        items: ``(kind, number)`` of those of which rows have something.
     """
 
     static: bool
@@ -118,7 +145,7 @@ class Sizes(NamedTuple):
     @property
     def row(self):
         """Type of a history row."""
-        return STATICS if self.static else probed(dict(self.probes), self.items)
+        return statics(self.items) if self.static else probed(dict(self.probes), self.items)
 
     @property
     def fields(self):
@@ -198,7 +225,7 @@ def checked_sizes(file):
                   rows(f"history/{'factor' if static else 'time'}") - 1, frames, packed[-1],
                   "reaction" in framed, "von_mises" in framed,
                   _probes(file) if "probes" in file else (),
-                  _items(file) if "energies" in file else ())
+                  _items(file, static))
     for place, (dtype, shape) in {**fixed(sizes), **growing(sizes)}.items():
         _check(_stored(file, place), place, dtype, shape)
     times = _stored(file, TIMES, h5py.h5d.CHUNKED)
@@ -218,12 +245,13 @@ def _probes(file):
                  for name in _own(file, "probes"))
 
 
-def _items(file):
-    """``(kind, number)`` of the items whose energies are in a file."""
-    found = set(_own(file, "energies"))
-    shapes = {kind: _stored(file, f"energies/{kind}/{what[0]}").shape
-              for kind, what in ITEMS.items() if kind in found}
-    return tuple((kind, shape[-1] if shape else 0) for kind, shape in shapes.items())
+def _items(file, static):
+    """``(kind, number)`` of the items of which a file's rows have something."""
+    kinds, folder = _items_of_rows(static)
+    found = set(_own(file, folder)) if folder in file else ()
+    shapes = {kind: _stored(file, f"{folder}/{kind}/{next(iter(what))}").shape
+              for kind, what in kinds.items() if kind in found}
+    return tuple((kind, shape[1] if len(shape) > 1 else 0) for kind, shape in shapes.items())
 
 
 def _own(file, place):

@@ -15,9 +15,9 @@ from .files import reason, regular_file
 from .layout import TIMES, Sizes, checked_sizes, columns
 from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-8"
+FORMAT = "corovec-run-9"
 
-OLDER = tuple(f"corovec-run-{k}" for k in range(1, 8))
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, 9))
 
 
 @checked

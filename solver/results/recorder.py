@@ -13,6 +13,7 @@ of every history is the start):
 - ``/history/NAME`` (n_steps + 1, ...): see ``DYNAMICS`` and ``STATICS`` of ``layout``;
   ``/probes/NAME/WHAT`` (n_steps + 1, ...): of single places, see ``PROBES``;
   ``/energies/KIND/WHAT`` (n_steps + 1, n): of joints, bodies and springs, see ``ITEMS``;
+  ``/items/KIND/WHAT`` (n_steps + 1, n, ...): of joints in statics, see ``OF_JOINTS``;
 - ``/frames/step`` (n_frames,), ``/frames/NAME``: (n_frames * n_nodes, 3) of nodal values such as
   ``displacement``, (n_frames * n_elem, ...) of element values, frame after frame, all of them in
   ``Sizes.fields``;
@@ -41,7 +42,7 @@ from ..runtime.memory import peak_memory
 from .checkpoint import EMPTY, slot_of, write_slot
 from .checksums import of_fixed, of_frame
 from .files import claim, draft, reason, writable_path
-from .layout import STATICS, TIMES, Sizes, columns, fixed, growing, items_of, probe_kinds
+from .layout import TIMES, Sizes, columns, fixed, growing, is_static, items_of, probe_kinds
 from .reading import FORMAT, load, opened
 from .vtkhdf import copy_times, make_view, show_frames
 
@@ -145,7 +146,7 @@ class Recorder:
             if full:
                 with (self._new(len(packed), rows.dtype, fields, np.arange(2 * step)) as longer,
                       h5py.File(self.path, "r", locking=False) as file):
-                    _copy(file, longer)
+                    _copy(file, longer, rows.dtype)
                     self._write(longer, step, packed, kept)
         except OSError as error:
             raise ResultFileError(f"{self.path} cannot be written after step {step}: "
@@ -156,10 +157,10 @@ class Recorder:
     def _new(self, numbers, row, fields, frame_steps):
         """An empty file with all its space reserved, in the place of ``path`` once it is filled."""
         model = self.model
-        sizes = Sizes(row == STATICS, len(model.nodes), len(model.quads), len(model.normals),
+        sizes = Sizes(is_static(row), len(model.nodes), len(model.quads), len(model.normals),
                       int(frame_steps[-1]), len(frame_steps), numbers,
                       "reaction" in fields, "von_mises" in fields, tuple(probe_kinds(row).items()),
-                      () if row == STATICS else items_of(row))
+                      items_of(row))
         with draft(self.path) as partial:
             # HDF5 may crash where a write fails, so the space is claimed by the system beforehand
             claim(partial, _bytes(sizes) + len(self._text))
@@ -242,9 +243,9 @@ def _flat(settings):
     return flat
 
 
-def _copy(file, longer):
-    """All rows and frames of a full ``file`` (of statics) into the first places of a ``longer``."""
-    for group in ("history", "frames"):
-        for name, values in file[group].items():
-            longer[group][name][:len(values)] = values[...]
+def _copy(file, longer, row):
+    """All rows, of type ``row``, and frames of a full ``file`` (of statics) into the first places
+    of a ``longer``."""
+    for place in (*columns(row).values(), *(f"frames/{name}" for name in file["frames"])):
+        longer[place][:len(file[place])] = file[place][...]
     copy_times(file, longer)

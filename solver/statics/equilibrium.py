@@ -52,7 +52,7 @@ class Equilibrium:
         that of the model."""
         instance("model", model, Model)
         self.settings = instance("settings", settings, StaticSettings)
-        self.system = StillSystem(model, settings.solver, full_tangent=True)
+        self.system = StillSystem(model, settings.solver, full_tangent=True, geometric=geometric)
         self.state = self.system.start(start)
         self.place = self.system.observe(self.state)
         self._held_back = self.place.observed.strain if model.heated else 0.0

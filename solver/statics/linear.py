@@ -6,6 +6,7 @@ from threadpoolctl import threadpool_limits
 from ..errors import InputError
 from ..kernels import updates
 from ..kernels.arguments import STATIC
+from ..kernels.hinges import SLACK
 from ..model.model import Model
 from ..signatures import checked
 from ..system.failure import SingularMatrix
@@ -90,7 +91,8 @@ def _residual(equilibrium, solution):
     strains = system.predictions()
     updates.predict_strains(system.elements, system.dofs.nodes, state.motion, initial, solution,
                             strains)
-    # alpha_f = 1: strains, and T, are those of the start of the step
+    # alpha_f = 1: strains, T and where springs are slack are those of the start of the step
+    state.hinges[:, SLACK] = system.turnings.slacks(at_factor(1.0))
     system.assemble(state, Place(start._replace(b=strains.b, e=strains.e)),
                     STATIC._replace(alpha_f=1.0, strain_end=0.0, strain_start=1.0),
                     np.zeros_like(solution), system.loads_by(at_factor(1.0)), tangent=False)

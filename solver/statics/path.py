@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from ..errors import AccuracyWarning, StabilityWarning, warn
-from ..kernels.hinges import ANGLE, SLACK
+from ..kernels.hinges import ANGLE, LOCKED
 from ..runtime.memory import peak_memory
 from ..runtime.provenance import describe
 from ..system.linear import NOT_TOLD
@@ -29,7 +29,6 @@ class Path:
 
     def __init__(self, model, settings):
         self.equilibrium = Equilibrium(model, settings)
-        self._joints, self._hinges = [], []
         self.unseen = 0
         self._settings = settings
         self._clock = time.perf_counter()
@@ -54,7 +53,7 @@ class Path:
             description = describe(system.model, self._settings, system.solver.name, **plan)
             if resume and output.exists():
                 self.rows.resume(output, description)
-                self._take_joints()
+                self.equilibrium.lean(self.rows.reached[0])
                 return
         if system.model.heated:
             self.equilibrium.warm()
@@ -75,7 +74,7 @@ class Path:
         equilibrium = self.equilibrium
         equilibrium.lean(factor)
         equilibrium.assemble(factor, tangent=False)
-        self._append_joints()
+        of_joints = self._of_joints()
         reactions = equilibrium.reactions(factor)
         loads, left = equilibrium.balance(factor, reactions)
         if len(self.rows):
@@ -87,45 +86,26 @@ class Path:
         self.unseen = self._passed(negative, turned)
         self.rows.append((factor, equilibrium.place.observed.strain, *loads, reactions.force,
                           reactions.moment, *left, iterations, steps, indefinite, negative,
-                          next_step),
+                          next_step, *of_joints.values()),
                          reactions, shown)
 
-    def _append_joints(self):
-        """Forces, moments and angles of joints in the state that was assembled last."""
+    def _of_joints(self):
+        """Columns of the joints in the state that was assembled last, see ``OF_JOINTS``."""
         equilibrium = self.equilibrium
-        system, last = equilibrium.system, np.zeros(len(equilibrium.system.model.joints))
-        if self._joints:
-            last = self._joints[-1][:, -1]
-        angles = system.angles(equilibrium.state, equilibrium.place, last)
-        self._joints.append(np.column_stack([
-            system.joints(equilibrium.state, equilibrium.place), angles]))
-        self._hinges.append(equilibrium.state.hinges[:, :SLACK].copy())
-
-    def _take_joints(self):
-        """The same of all rows of a file, which does not have them, and the multipliers there.
-
-        Angles are followed from row to row, from zero on; the last ones are those of the state.
-        """
-        equilibrium = self.equilibrium
-        reached, last = equilibrium.state.pack(), equilibrium.state.hinges.copy()
-        equilibrium.state.hinges[:, ANGLE] = 0.0  # of the first row; each is nearest to the last
-        for k, factor in enumerate(self.rows.factors):
-            if k == len(self.rows) - 1:
-                equilibrium.state.hinges[:] = last
-            equilibrium.take(self.rows.configuration(k))
-            equilibrium.lean(factor)
-            equilibrium.assemble(factor, tangent=False)
-            self._append_joints()
-        equilibrium.state.unpack(reached)
-        equilibrium.lean(factor)
+        system, state, place = equilibrium.system, equilibrium.state, equilibrium.place
+        last = self.rows.last("joints.angle") if len(self.rows) and system.model.joints else (
+            np.zeros(len(system.model.joints)))
+        forces = system.joints(state, place)
+        found = {"joints.force": forces[:, :3], "joints.moment": forces[:, 3],
+                 "joints.couple": forces[:, 4:],
+                 "joints.angle": system.angles(state, place, last),
+                 "places.angle": state.hinges[:, ANGLE], "places.latched": state.hinges[:, LOCKED]}
+        return {name: found[name] for name in self.rows.row.names if name in found}
 
     def result(self, first):
         """``StaticResult`` of the rows from ``first`` on."""
         equilibrium = self.equilibrium
-        joints = np.array(self._joints[first:])
-        return StaticResult(*self.rows.columns(first), joints[..., :3], joints[..., 3],
-                            joints[..., 4:7], joints[..., 7], np.array(self._hinges[first:]),
-                            tuple(equilibrium.works),
+        return StaticResult(*self.rows.columns(first), tuple(equilibrium.works),
                             equilibrium.system.solver.name, self.rows.indefinite,
                             time.perf_counter() - self._clock, peak_memory())
 
@@ -149,7 +129,8 @@ class Path:
         rounding errors, though its displacements are not."""
         system = self.equilibrium.system
         left, unmasked, applied = (self._sum(forces) for forces in system.residual)
-        inner, sprung = self._sum(system.inner_forces), np.any(system.of_springs())
+        inner = self._sum(system.inner_forces)
+        sprung = self._sum(system.of_springs()) > system.rounding_of_springs(self.equilibrium.state)
         largest = max(applied, unmasked, inner, self._heat)
         moved = self.equilibrium.place.observed.strain <= MOVED * system.roundoff_work(0.0)
         if left > FEW * largest and not (moved and not (sprung or self._loaded(factor))):

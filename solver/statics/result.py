@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..results.frame import table
-from ..results.layout import STATICS
+from ..results.layout import OF_JOINTS, statics
 from ..results.reading import read
 from ..results.recorder import Recorder
 from ..results.snapshot import snapshot
@@ -137,23 +137,32 @@ class StaticResult:
 
     def frame(self):
         """The rows as a ``pandas.DataFrame``, with the resultants of loads and reactions, moments
-        about the origin; displacements, normals and reactions of the nodes are left out."""
+        about the origin, and forces, moments and angles of joints; displacements, normals and
+        reactions of the nodes are left out."""
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
                       "load": self.load, "load_moment": self.load_moment,
                       "reaction": self.reactions.sum(axis=1),
                       "reaction_moment": self.reaction_moment,
                       "force_balance": self.balances[:, 0],
                       "moment_balance": self.balances[:, 1], "iterations": self.iterations,
-                      "steps": self.steps, "negative_pivots": self.negative_pivots})
+                      "steps": self.steps, "negative_pivots": self.negative_pivots,
+                      "joints.force": self.joint_forces, "joints.moment": self.joint_moments,
+                      "joints.couple": self.joint_couples, "joints.angle": self.joint_angles})
 
 
 class Rows:
-    """Rows of the path of ``state``, each with a frame; the first is at zero load."""
+    """Rows of the path of ``state``, each with a frame; the first is at zero load.
+
+    Attributes:
+        row: type of a row.
+    """
 
     def __init__(self, system, state, place, stresses):
         """``stresses``: whether they are recorded."""
         self._system, self._state, self._place, self._stresses = system, state, place, stresses
         self._history, self._nodal = [], []
+        numbers = (("joints", len(system.model.joints)), ("places", len(state.hinges)))
+        self.row = statics([(kind, number) for kind, number in numbers if number])
         self._recorder = self._frame = None
 
     def __len__(self):
@@ -180,15 +189,9 @@ class Rows:
         """Displacements (n_nodes, 3) of row ``k`` [m]."""
         return self._nodal[k]["displacement"]
 
-    @property
-    def factors(self):
-        """Load factors of all rows."""
-        return [float(row["factor"][0]) for row in self._history]
-
-    def configuration(self, k):
-        """``Configuration`` of row ``k``."""
-        moved, directors = self._nodal[k]["displacement"], self._nodal[k]["director"]
-        return Configuration(moved, directors, velocity=0.0 * moved, director_rates=0.0 * directors)
+    def last(self, name):
+        """A column of the last row."""
+        return self._history[-1][name][0]
 
     def columns(self, first):
         """The arrays of a ``StaticResult``, of the rows from ``first`` on."""
@@ -199,11 +202,21 @@ class Rows:
         return (history["factor"], displacement, normals, history["strain_energy"], directors,
                 reactions, moments, history["reaction_moment"], history["load"],
                 history["load_moment"], left, history["iterations"], history["steps"],
-                history["negative_pivots"])
+                history["negative_pivots"], *self._of_joints(history))
+
+    def _of_joints(self, history):
+        """Forces, moments, couples and angles of joints, and angles and latches at places."""
+        n, row = len(history), self.row.names
+        for what, shape in OF_JOINTS["joints"].items():
+            name = f"joints.{what}"
+            yield history[name] if name in row else np.zeros((n, 0, *shape))
+        places = [history[f"places.{what}"] if f"places.{what}" in row else np.zeros((n, 0))
+                  for what in OF_JOINTS["places"]]
+        yield np.stack(places, axis=-1)
 
     def append(self, row, reactions, shown):
         """Keep the state with its history ``row``; ``shown`` is its time in ParaView."""
-        self._history.append(np.array([row], dtype=STATICS))
+        self._history.append(np.array([row], dtype=self.row))
         fields = snapshot(self._system, self._state, self._place, reactions, self._stresses)
         self._frame = len(self) - 1, shown, fields
         self._keep(fields)

@@ -150,22 +150,22 @@ class BandedConstrained(Constrained):
 
 
 class Linking(Constrained):
-    """A sparse solver's matrix with that of joints, in a basis of what joints leave free, which is
-    another in each iterate."""
+    """A sparse solver's matrix with what joints add to it, in a basis of what they leave free,
+    which is another in each iterate."""
 
-    def __init__(self, solver, linked):
-        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``linked``:
-        ``StillLinks``."""
+    def __init__(self, solver, system):
+        """``solver``: a ``SuperLU`` or ``UnsymmetricLU``, whose storage is used; ``system``:
+        ``StillSystem``."""
         super().__init__(solver, None)
-        self._linked = linked
+        self._system = system
 
     def matrix(self):
         """The assembled matrix with that of joints, of all unknowns."""
-        return (self._solver.matrix() + self._linked.second).tocsc()
+        return (self._solver.matrix() + self._system.second).tocsc()
 
     def factor(self):
         """Factorize the matrix, see ``linear``."""
-        self._matrix, self._T = self.matrix(), self._linked.reduce()
+        self._matrix, self._T = self.matrix(), self._system.basis()
         return self._factor_reduced(self._matrix)
 
     def times(self, vector):

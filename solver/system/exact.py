@@ -56,7 +56,7 @@ class ExactSystem(System):
                 for k in range(3)]
         for item in model.attached:
             if isinstance(item, Spring):
-                on, k = [item.node, item.other], item.stiffness
+                on, k = [item.node, item.other], item.steepest
             elif isinstance(item, GroundSpring):
                 on, k = item.node, max(item.stiffness)
                 sums[2][on] += item.turning

@@ -183,33 +183,41 @@ class Hinges:
 
     def linear(self, dofs, state, motion):
         """Changes (n_dof,) of the forces of springs, stops and latches by a small ``motion``
-        (n_dof,) from a ``state``, whose forces were added before."""
-        at = (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
-        g, change = self._on_rotations[:, :4], np.zeros_like(motion)
+        (n_dof,) from a ``state``, whose forces were added before, at the angles of its start;
+        ``moments`` are with them then."""
+        change = np.zeros_like(motion)
+        turned = self.moment_changes(dofs, state, motion)
+        self.moments[:] += turned
+        np.add.at(change, self._turning(dofs), turned[:, None] * self._on_rotations[:, :4])
+        return change
+
+    def moment_changes(self, dofs, state, motion):
+        """(n,) changes of the moments that turn hinges on, the same [N m]."""
         own, found = state.hinges[:len(self.cells)], np.empty((len(self.cells), 2))
         self._moments(self._constants, own, own[:, hinges.SLACK].copy(),
                       own[:, hinges.ANGLE].copy(), 1.0, 0.0, found)
-        turned = found[:, 1] * np.sum(g * motion[at], axis=1)
-        np.subtract.at(change, at, turned[:, None] * g)
-        return change
+        return -found[:, 1] * np.sum(self._on_rotations[:, :4] * motion[self._turning(dofs)],
+                                     axis=1)
 
-    def curvature(self, dofs, state, start):
-        """``-M d2phi`` (n_dof, n_dof), sparse: what the moments M of the forces that were added
-        last add to the tangent at a ``state`` with ``Start``, as their angles are curved in the
-        unknowns."""
+    def _turning(self, dofs):
+        """(n, 4) numbers of the rotational variables of both nodes."""
+        return (dofs.nodes.start[self.cells][:, :, None] + np.array((3, 4))).reshape(-1, 4)
+
+    def curvature(self, dofs, state, p, A1, moments):
+        """``-M d2phi`` (n_dof, n_dof), sparse: what moments M (n,) that turn the hinges on add to
+        the tangent at a ``state`` with the normals ``p`` and their derivatives ``A1``, as angles
+        are curved in the unknowns."""
         rows, columns, values, x = [], [], [], state.x + state.x_low
-        for edge, pair, cell, moment in zip(self._edges, self._directors, self.cells,
-                                            self.moments):
-            p = start.p[pair]
-            gradient, hessian = angle_derivatives(x[edge[1]] - x[edge[0]], *p)
+        for edge, pair, cell, moment in zip(self._edges, self._directors, self.cells, moments):
+            gradient, hessian = angle_derivatives(x[edge[1]] - x[edge[0]], *p[pair])
             J, at = np.zeros((9, 10)), np.empty(10, dtype=np.int64)
             J[:3, :3], J[:3, 3:6] = -np.eye(3), np.eye(3)
             at[:6] = (dofs.nodes.start[edge][:, None] + np.arange(3)).ravel()
             curved = np.zeros((10, 10))
             for side, (d, node) in enumerate(zip(pair, cell)):
                 on, own = slice(3 + 3 * side, 6 + 3 * side), slice(6 + 2 * side, 8 + 2 * side)
-                J[on, own], at[own] = start.A1[d, :, :2], dofs.nodes.start[node] + np.array((3, 4))
-                *n, up = state.chart[node] @ p[side]
+                J[on, own], at[own] = A1[d, :, :2], dofs.nodes.start[node] + np.array((3, 4))
+                *n, up = state.chart[node] @ p[d]
                 second = -(np.eye(2) + np.outer(n, n) / up**2) / up  # Eq. (29)
                 curved[own, own] = (gradient[on] @ state.chart[node, 2]) * second
             rows.append(np.repeat(at, 10))

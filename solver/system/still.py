@@ -10,34 +10,56 @@ pivots tell stability.
 """
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from ..kernels.arguments import STATIC
-from ..kernels.hinges import ANGLE
+from ..kernels.hinges import ANGLE, SLACK, K
 from ..model.joints import Hinge
 from .constrained import Linking
 from .joints import Angle
 from .linear import SuperLU, UnsymmetricLU
+from .rounding import EPS
 from .still_links import StillLinks
 from .system import System
 
 
 class StillSystem(System):
-    """As ``System``, with ``StillLinks`` where there are joints or bodies."""
+    """As ``System``, with ``StillLinks`` where there are joints or bodies.
+
+    Attributes:
+        second: (n_dof, n_dof) sparse, what the second derivatives of joints add to the matrix.
+    """
 
     takes_joints = True
 
-    def __init__(self, model, solver="auto", full_tangent=False):
+    def __init__(self, model, solver="auto", full_tangent=False, geometric=True):
+        """``geometric``: whether moments of hinges are in the tangent, as stresses are."""
         super().__init__(model, solver, full_tangent=full_tangent)
+        self._curved, self._ahead = geometric and bool(self.hinges), 0.0
+        self.second = csc_array((self.numbering.n_dof,) * 2)
         self._hinge_angles = {k: Angle(model, joint) for k, joint in enumerate(model.joints)
                               if isinstance(joint, Hinge)}
         self.linked = StillLinks(self) if model.linked or model.bodies else None
-        if self.linked:
+        if self.linked or self._curved:
             unsymmetric = full_tangent and not self.all_dead
             self.take((UnsymmetricLU if unsymmetric else SuperLU)(self.numbering))
 
     def take(self, solver):
         """Go on with a sparse ``solver``."""
-        self.solver = Linking(solver, self.linked) if self.linked else solver
+        self.solver = Linking(solver, self) if self.linked or self._curved else solver
+
+    def basis(self):
+        """T (n_dof, n), sparse: ``dU = T dU_free`` of the free dofs, in the state that was
+        assembled last where there are joints; without them its columns are orthonormal."""
+        return self.linked.reduce() if self.linked else self.coordinates.basis()
+
+    def foresee(self, state, motion):
+        """Let the next matrices have the moments of springs of joints after a small ``motion``
+        (n_dof,) from a ``state``, which was assembled last."""
+        if self._curved:
+            self._ahead = self.hinges.moment_changes(self.dofs, state, motion)
+        if self.linked:
+            self.linked.foresee(motion)
 
     def loads_by(self, value, at_end=None, driven=None):
         """``Applied`` loads, and what drives do, with ``value(history)`` for each function of
@@ -76,6 +98,13 @@ class StillSystem(System):
             found[self.linked.dofs] -= self.linked.acting
         return found
 
+    def rounding_of_springs(self, state):
+        """Sum of the magnitudes of the forces that rounded angles and lengths leave in springs that
+        are slack [N]."""
+        angles = np.abs(state.hinges[:, ANGLE]) + np.abs(state.hinges[:, SLACK])
+        turning = self.turnings.constants[:, K] @ angles / self.model.size
+        return 8.0 * EPS * (turning + sum(spring.scale(state) for spring in self._springs))
+
     def acting(self, loads):
         """(n_dof,) forces of the loads, and of springs where there are no joints with multipliers,
         in the iterate that was assembled last."""
@@ -94,11 +123,20 @@ class StillSystem(System):
     def _add_items(self, iterate, loads):
         super()._add_items(iterate, loads)
         if self.linked:
-            self.linked.stiffen(self.dofs.nodes, iterate)
+            self.second = self.linked.second(self.dofs.nodes, iterate)
+        if self._curved:
+            curved = iterate.step.stiffness * self.hinges.curvature(
+                self.dofs, iterate.state, iterate.p, iterate.A1, self.hinges.moments + self._ahead)
+            self.second = self.second + curved if self.linked else curved
 
     def forces_of_springs(self, state, start, motion):
-        """As of ``System``, with those of revolute joints."""
+        """As of ``System``, with those of revolute joints, and as moments of hinges turn."""
+        moments = self.hinges.moments.copy()
         change = super().forces_of_springs(state, start, motion)
+        if self._curved:
+            turned = self.hinges.curvature(self.dofs, state, start.p, start.A1, moments) @ motion
+            self.inner_forces -= turned
+            change -= turned
         if self.linked:
             of_joints = self.linked.linear(motion)
             self.inner_forces += of_joints

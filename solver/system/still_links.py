@@ -26,14 +26,14 @@ class StillLinks(ChartRows):
     """The constraints of a model in an equilibrium; moments of joints are forces with a stiffness.
 
     Attributes:
-        second: (n_dof, n_dof) sparse, what joints add to the matrix.
         acting: (n_local,) forces of joints in the last iterate.
     """
 
     def __init__(self, system):
         super().__init__(system)
-        self.second, self.acting = csc_array((self._n_dof,) * 2), np.zeros(len(self.dofs))
-        self._slopes = np.zeros(len(self.owners) - self._hard)
+        self.acting, self._slopes = np.zeros(len(self.dofs)), np.zeros(
+            len(self.owners) - self._hard)
+        self._ahead = 0.0
         self._columns(system)
         scaled = self._of_free(self._G[:self._hard])
         self._check(scaled @ scaled.T)
@@ -70,9 +70,16 @@ class StillLinks(ChartRows):
         self.acting = -self._G.T @ self.forces
         forces[self.dofs] += self.acting
 
-    def stiffen(self, nodes, iterate):
-        """Make ``second`` of the iterate whose forces were added last."""
-        on = self._on_products(self.forces)
+    def foresee(self, motion):
+        """See ``StillSystem.foresee``."""
+        self._ahead = self._slopes * (self._G[self._hard:] @ motion[self.dofs])
+
+    def second(self, nodes, iterate):
+        """(n_dof, n_dof) sparse, what joints add to the matrix of the iterate whose forces were
+        added last."""
+        forces = self.forces.copy()
+        forces[self._hard:] += self._ahead
+        on = self._on_products(forces)
         one, other = ((on[:, None, None] * self._J[self._pairs[:, 0]]), self._J[self._pairs[:, 1]])
         H = one.reshape(-1, len(self.dofs)).T @ other.reshape(-1, len(self.dofs))
         H += H.T
@@ -86,7 +93,7 @@ class StillLinks(ChartRows):
             block = K + spins @ turned[i] @ spins.T
             H[at:at + n, at:at + n] += block[:n, :n]
         rows, columns = np.meshgrid(self.dofs, self.dofs, indexing="ij")
-        self.second = iterate.step.stiffness * coo_array(
+        return iterate.step.stiffness * coo_array(
             (H.ravel(), (rows.ravel(), columns.ravel())), shape=(self._n_dof,) * 2).tocsc()
 
     # ------------------------------------------------------------------ what is left free

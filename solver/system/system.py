@@ -7,7 +7,6 @@ from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
     MASS_ONLY,
-    STATIC,
     WHOLE,
     Dofs,
     Predicted,
@@ -37,9 +36,6 @@ from .turning import Turnings
 
 ROUNDOFF = 4.0 * EPS
 """Relative rounding error of a strain; see ``System.roundoff_work``."""
-
-SMALL = 1e-5
-"""Motion, in sizes of the shell, over which the forces of springs are differences."""
 
 
 class System:
@@ -242,6 +238,12 @@ class System:
         grounded = any(spring.grounded for spring in self._springs)
         return [*found, ground] if grounded else found
 
+    def lost_in_springs(self, before, state, dt):
+        """(n,) what the damper of each spring between nodes took in a step of length dt [s] between
+        two states [J]."""
+        return np.concatenate([np.zeros(0), *(spring.lost(before, state, dt)
+                                              for spring in self._springs if not spring.grounded)])
+
     def predictions(self, used=True):
         """Room for ``arguments.Predicted`` strains."""
         n_elem, n_s = len(self.model.quads), self.elements.l.shape[1]
@@ -401,23 +403,16 @@ class System:
             for normals, of in zip((work.p_end, place.start.p), work.ends_p))
 
     def forces_of_springs(self, state, start, motion):
-        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from ``state``:
-        their derivative, as a difference over ``SMALL`` of the shell's size.  Those of the ground
-        are among the next ``reactions``."""
+        """Changes (n_dof,) of the forces of springs by a small ``motion`` (n_dof,) from ``state``.
+        Those of the ground are among the next ``reactions``."""
         change, self._turned = self._turning.linear(self.dofs.nodes, start, motion)
         if self.hinges:
             change += self.hinges.linear(self.dofs, state, motion)
-        size = np.abs(self.lengths * motion).max()
-        if self._springs and size > 0.0:
-            part = SMALL * self.model.size / size
-            for spring in self._springs:
-                for sign in (0.5, -0.5):
-                    forces = np.zeros_like(change)
-                    spring.add_forces(self.dofs, Iterate(state, STATIC, sign * part * motion),
-                                      forces)
-                    change += 2.0 * sign * forces / part
-                    if spring.grounded:
-                        self._ground_forces += 2.0 * sign * forces / part
+        for spring in self._springs:
+            forces = spring.linear(state, motion[self.translations])
+            change[self.translations] += forces
+            if spring.grounded:
+                self._ground_forces[self.translations] += forces
         self.inner_forces += change
         return change
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..kernels import hinges
 from ..kernels.calls import Call
 from ..model.joints import Hinge, Turning, shares_of_edge
+from .tables import columns_of, stacked
 
 
 class Turned(NamedTuple):
@@ -43,9 +44,7 @@ class Turnings:
         self.hinges = sum(map(len, shares))
         self._shares = np.concatenate([*shares, np.ones(len(numbers[False]))])
         rows = [_constants(model.joints[k], share) for k, share in zip(self.joints, self._shares)]
-        self.constants = np.zeros((len(rows), max(map(len, rows), default=hinges.TABLES)))
-        for constants, row in zip(self.constants, rows):
-            constants[:len(row)] = row
+        self.constants = stacked(rows, hinges.TABLES)
         self._energy, self._done = Call(hinges.energy), Call(hinges.done)
         self.numbers, first, self._place_of, count = np.unique(
             self.joints, return_index=True, return_inverse=True, return_counts=True)
@@ -106,19 +105,4 @@ def _constants(joint, share):
               (joint.damper_rates, joint.damper_moments)]
     return [share * joint.stiffness, joint.rest, share * joint.damping, least, most,
             share * joint.stop_stiffness, lock, share * joint.lock_stiffness,
-            share * joint.lock_damping, *(len(places) for places, _ in tables),
-            *(number for places, values in tables for number in _table(places, values, share))]
-
-
-def _table(places, values, share):
-    """Places, ``share`` of the values there, and their integrals from zero, of a table that is
-    constant beyond its ends; of none nothing."""
-    if not places:
-        return []
-    x, m = np.array(places), share * np.array(values)
-    sums = np.r_[0.0, np.cumsum(0.5 * (m[1:] + m[:-1]) * np.diff(x))]
-    inside = np.clip(0.0, x[0], x[-1])
-    k = min(np.searchsorted(x, inside, side="right") - 1, len(x) - 2)
-    slope, d = (m[k + 1] - m[k]) / (x[k + 1] - x[k]), inside - x[k]
-    zero = sums[k] + (m[k] + 0.5 * slope * d) * d - np.interp(0.0, x, m) * inside
-    return [*x, *m, *(sums - zero)]
+            share * joint.lock_damping, *columns_of(tables, share)]
