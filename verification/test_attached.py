@@ -475,7 +475,9 @@ def test_rigid_moves_and_foundations_give_no_alarm():
 
 @pytest.mark.parametrize("history, message", [
     (Expression("1 / t"), "support 0: its time function is inf at t = 0 s"),
-    (Steps((0.0, 0.05), (0.0, 1.0)), "support 0: its time function jumps at t = 0.05 s")])
+    (Steps((0.0, 0.05), (0.0, 1.0)), "support 0: its time function jumps at t = 0.05 s"),
+    (TimeFunction((0.0, 0.05, 0.051), (0.0, 0.0, 1.0)),
+     "support 0: its time function goes from 0 to 1 within 0.001 s, a support cannot in a step")])
 def test_supports_do_not_jump(history, message):
     model, root, _ = strip(supports=[])
     driven = Model(**{**fields(model), "supports": [
