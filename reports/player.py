@@ -58,7 +58,7 @@ def player(recording, every=None):
 
 
 MARKS = {"dot": "circle", "ring": "circle-open", "square": "square", "end": "circle",
-         "rhomb": "diamond", "foot": "cross"}
+         "rhomb": "diamond", "foot": "cross", "cross": "x"}
 """Marks of Plotly by their looks."""
 
 

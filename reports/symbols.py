@@ -2,7 +2,7 @@
 
 | what | symbol |
 |---|---|
-| hinge | the edge |
+| hinge | the edge, a cross where its axis ends: the angle is right-handed about it |
 | spherical joint, ball joint | a dot |
 | revolute joint | a ring and its axis |
 | universal joint | a ring and the two axes of its cross |
@@ -63,17 +63,18 @@ LOOKS = {
     "rod": Look(BLUE, 1.4), "tie": Look(GREEN, 2.4),
     "cuboid": Look(BLACK, 0.7), "arm": Look("0.4", 0.6, dashes=(0, (3, 1.5))),
     "dot": Look(VERMILLION, 4.0, "o"), "ring": Look(VERMILLION, 4.5, "o", True),
-    "square": Look(VERMILLION, 4.0, "s"), "end": Look(BLUE, 3.0, "o"),
-    "rhomb": Look(BLACK, 4.5, "D"), "foot": Look("0.25", 15.0, FOOT, True)}
+    "cross": Look(VERMILLION, 5.0, "P"), "square": Look(VERMILLION, 4.0, "s"),
+    "end": Look(BLUE, 3.0, "o"), "rhomb": Look(BLACK, 4.5, "D"),
+    "foot": Look("0.25", 15.0, FOOT, True)}
 
-MARKS = {"spherical joint": "dot", "ball joint": "dot", "revolute joint": "ring",
+MARKS = {"hinge": "cross", "spherical joint": "dot", "ball joint": "dot", "revolute joint": "ring",
          "universal joint": "ring", "cylindrical joint": "dot", "prismatic joint": "square",
          "rigid link": "end"}
 """Marks of joints by their kind."""
 
 SLIDING = ("cylindrical joint", "prismatic joint")
 
-KEYS = {"hinge": ("hinge", ""), "spherical joint": ("", "dot"), "ball joint": ("", "dot"),
+KEYS = {"hinge": ("hinge", "cross"), "spherical joint": ("", "dot"), "ball joint": ("", "dot"),
         "revolute joint": ("axis", "ring"), "universal joint": ("axis", "ring"),
         "cylindrical joint": ("axis", "dot"), "prismatic joint": ("axis", "square"),
         "rigid link": ("rod", "end"), "tie": ("tie", ""), "body": ("cuboid", "rhomb"),
@@ -192,9 +193,9 @@ class Symbols:
         if "nodes" in joint:
             points = [self._node(node) for node in joint["nodes"]]
             if kind in MARKS:
-                self._mark(kind, name, MARKS[kind], points[0])
-            else:
-                self._line(kind, name, "hinge" if kind == "hinge" else "tie", *points)
+                self._mark(kind, name, MARKS[kind], points[-1])
+            if kind in LOOKS:
+                self._line(kind, name, kind, *points)
             self.names[points[len(points) // 2]] = name
             return
         points = [self._point(point) for point in joint["points"]]

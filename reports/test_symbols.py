@@ -122,8 +122,9 @@ def test_symbols_move_with_what_they_belong_to(flown):
     ways = edges[:, :, 1] - edges[:, :, 0]
     assert np.abs(ways[-1] - ways[0]).max() > 0.05
     assert np.abs(np.linalg.norm(ways[0] @ np.transpose(TURN), axis=1) - lengths[0]).max() < 1e-12
-    hinge, = at(symbols, places, "hinge", "fold")
+    hinge, end = at(symbols, places, "hinge", "fold")
     np.testing.assert_array_equal(hinge, recording.positions()[:, list(model.joints[0].nodes)])
+    np.testing.assert_array_equal(end[:, 0], hinge[:, -1])  # of its axis
     ground, = at(symbols, places, "ground", "pin")
     np.testing.assert_allclose(ground[:, 0], np.tile((-0.3, 0.8, -1.0), (len(frames), 1)))
 
@@ -257,7 +258,7 @@ def test_players_have_them(flown):
     places = recording.symbol_places(np.arange(data["frames"]))
     np.testing.assert_allclose(x, places, atol=2e-4)
     marks = {row["mark"] for row in data["symbols"]}
-    assert marks == {None, "circle", "circle-open", "square", "diamond", "cross"}
+    assert marks == {None, "circle", "circle-open", "square", "diamond", "cross", "x"}
     for row in data["symbols"]:
         points = np.array(row["points"])
         assert points.min() >= len(recording.nodes) and points.max() < data["nodes"]

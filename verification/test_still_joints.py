@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import eigvalsh
+from scipy.spatial.transform import Rotation
 
 from corovec import (
     Ball,
@@ -413,6 +414,21 @@ def test_a_stiff_hinge_that_is_loaded_is_a_weld():
     np.testing.assert_allclose(hinged, welded, rtol=2e-4)
     welded, hinged = (buckling(model, 2, path).factors for model, path in zip((weld, hinge), paths))
     np.testing.assert_allclose(hinged, welded, rtol=2e-4)
+
+
+@pytest.mark.parametrize("angle", [0.5, 2.5])
+def test_a_drive_turns_what_is_not_loaded(angle):
+    """A plate on a hub moves as a rigid body, though all works of the iteration are rounding: that
+    was taken for a solution without a digit."""
+    mesh = block([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], (4, 4))
+    hub = RigidBody("hub", 2.0, (0.3, 0.4, 0.5), (-0.1, 0.5, 0.0), mesh.nodes_at(x=0.0))
+    model = Model.of(mesh, 0.02, 2e8, 0.3, 1000.0, bodies=[hub], joints=[
+        Revolute("ground", "hub", (-0.1, 0.5, 0.0), (0, 0, 1), angle=angle)])
+    path = load_control(model, (0.5, 1.0))
+    arms = mesh.nodes - (-0.1, 0.5, 0.0)
+    turned = Rotation.from_rotvec((0.0, 0.0, angle)).apply(arms)
+    np.testing.assert_allclose(path.displacement[-1][:len(arms)], turned - arms, atol=1e-9)
+    assert path.strain_energy[-1] < 1e-15
 
 
 def test_a_hinge_is_slack_where_it_rests():

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ..errors import InputError, StepError
 from ..kernels.hinges import SLACK
-from ..model.histories import Steps
+from ..model.histories import Steps, TimeFunction
 from ..model.joints import names_of
 from ..model.loads import Centrifugal, Drive
 from ..model.model import Model
@@ -38,6 +38,9 @@ from .stepping import Stepper
 
 LOST_IMPULSE = 0.05
 """Largest error of a load's impulse by sampling it once a step, relative to the impulse."""
+
+SUDDEN = 0.5
+"""Part of the range of a motion that may lie between two points within one step."""
 
 
 @checked
@@ -323,6 +326,15 @@ def _check_moved(model, settings):
             raise InputError(f"{name}: its time function jumps at t = "
                              f"{times[np.argmax(np.diff(values) != 0.0) + 1]:g} s, a {what} "
                              "cannot: give the points of a ramp")
+        if isinstance(history, TimeFunction):
+            spans, changes = np.diff(history.times), np.abs(np.diff(history.values))
+            sudden = (spans < settings.dt) & (changes > SUDDEN * np.ptp(history.values))
+            if np.any(sudden):
+                k = int(np.argmax(sudden))
+                raise InputError(f"{name}: its time function goes from {history.values[k]:g} to "
+                                 f"{history.values[k + 1]:g} within {spans[k]:g} s, a {what} "
+                                 f"cannot in a step of {settings.dt:g} s: give a longer ramp, or a "
+                                 "smaller dt")
 
 
 def _finite(name, history, times):

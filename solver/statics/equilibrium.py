@@ -57,6 +57,7 @@ class Equilibrium:
         self.place = self.system.observe(self.state)
         self._held_back = self.place.observed.strain if model.heated else 0.0
         self.works, self.pivots, self.pull = [], [], 0.0
+        self._sizes = []  # of all corrections [m]
         self._geometric = geometric
         self._predictions = self.system.predictions()
         self._zero = np.zeros(self.system.numbering.n_dof)
@@ -175,8 +176,9 @@ class Equilibrium:
         if self.system.linked and not self.system.linked.closed():
             return False
         if k > 1 and self.settings.tolerance * first < last <= self.system.roundoff_work(0.0):
-            # of a small increment few digits serve
-            judge(math.sqrt(last / max(first, strain)),
+            # of a small increment few digits serve; of a rigid motion works tell nothing
+            sizes = self._sizes[-len(self.works):]
+            judge(min(math.sqrt(last / max(first, strain)), sizes[-1] / max(sizes)),
                   "Newton's iteration ends at rounding error alone")
             return True
         return k > 1 and last <= self.settings.tolerance * first
@@ -257,6 +259,7 @@ class Equilibrium:
         turn = system.coordinates.largest_turn(start, correction)
         if turn > LARGEST_TURN:
             correction = LARGEST_TURN / turn * correction
+        self._sizes.append(np.abs(system.lengths * correction).max())
         self.predict(correction)
         if system.linked:
             system.linked.forces += pull
