@@ -66,7 +66,7 @@ class KeptMatrix:
 
     def forget(self):
         """Drop the factorization: the next step starts with its own."""
-        self._step, self._number, self._carried = None, None, False
+        self._step, self._number, self._carried, self._columns = None, None, False, False
 
     def serves(self, step):
         """Whether there still is the factorization of a step of this length and scheme."""
@@ -75,7 +75,6 @@ class KeptMatrix:
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for a step from ``state``."""
         self._step, self._number, self._carried = step, self._system.factorizations, False
-        self._columns = None
         self._keep(self._nodes, self._quads, state.motion, place.start, self._turning)
 
     def carry(self, state, place):
@@ -100,12 +99,12 @@ class KeptMatrix:
         return correction
 
     def _with_multipliers(self, linked, residual):
-        if self._columns is None:
-            self._columns = np.stack([self._solved(column) for column in linked.columns()])
+        if not self._columns:
+            linked.take_columns(self._solve_rows)
+            self._columns = True
         correction = self._solved(residual)
-        change = linked.split(self._turned_on(correction)[linked.dofs], np.stack(
-            [self._turned_on(column)[linked.dofs] for column in self._columns], axis=1))
-        return correction - change @ self._columns
+        linked.split(self._turning, self._carried, correction)
+        return correction
 
     def _solved(self, residual):
         """``K_0^-1 T^T r``"""
@@ -114,12 +113,13 @@ class KeptMatrix:
         self._turn_back(self._nodes, self._turning, residual, self._turned)
         return self._system.solver.solve(self._turned)
 
-    def _turned_on(self, correction):
-        """A copy in the present axes."""
-        turned = correction.copy()
+    def _solve_rows(self, rows):
+        """The same of each row, in its place."""
         if self._carried:
-            self._turn_on(self._nodes, self._turning, turned)
-        return turned
+            for row in rows:
+                self._turn_back(self._nodes, self._turning, row, self._turned)
+                row[:] = self._turned
+        self._system.solver.solve_rows(rows)
 
     def too_slow(self, k, work, wanted, left):
         """Whether the correction after the k-th needs its own matrix: this one has stalled, or
@@ -157,7 +157,6 @@ class TurnedMatrix(KeptMatrix):
 
     def made(self, step, state, place):
         """Take the factorization that the solver has just made for an iterate."""
-        self._columns = None
         self._step, self._number, self.stale = step, self._system.factorizations, False
         self._keep(self._nodes, self._quads, state.motion, self._system.nodal, self._turning)
 

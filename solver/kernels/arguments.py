@@ -425,3 +425,133 @@ class Terms(NamedTuple):
     node: np.ndarray
     alpha: np.ndarray
     body: np.ndarray
+
+
+class Spans(NamedTuple):
+    """Local unknowns on which rows depend, of each a few nodes'.
+
+    Attributes:
+        first: (m + 1,) spans of row k are ``first[k] .. first[k + 1] - 1``.
+        node: (n_spans,) whose unknowns each is.
+        begin: (n_spans,) first local unknown of each.
+        end: (n_spans,) behind the last one.
+    """
+
+    first: np.ndarray
+    node: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+
+
+class Links(NamedTuple):
+    """Constraints and angles of joints as products of vectors, see ``multipliers``.
+
+    Rows are the constraints, then the angles; each product is one, but those of an angle, its
+    cosine and its sine, are two.
+
+    Attributes:
+        terms: ``Terms`` of the vectors.
+        pairs: (n_pairs, 2) vectors of each product.
+        rows: (n_pairs,) the row of each.
+        values: (n_constraints,) products of the initial configuration.
+        nodes: (n,) those on which some row depends.
+        local: (n_nodes,) first local unknown of each of them.
+        n_rot: (n_nodes,) numbers of rotational variables.
+        dofs: (n_local,) the local unknowns.
+        spans: ``Spans`` of the rows.
+    """
+
+    terms: Terms
+    pairs: np.ndarray
+    rows: np.ndarray
+    values: np.ndarray
+    nodes: np.ndarray
+    local: np.ndarray
+    n_rot: np.ndarray
+    dofs: np.ndarray
+    spans: Spans
+
+
+class LinkWork(NamedTuple):
+    """What constraints have in an iterate of a step; of m rows the h hard ones come first.
+
+    Attributes:
+        u: (3, n_vectors, 3) vectors at start, end and in the mean.
+        d: (3, n_terms, 3) the same of their terms.
+        weights: (n_pairs,) factors of the products in the changes of rows.
+        change: (k,) changes of angles in the step [rad].
+        rest: (n_nodes, 3) zeros.
+        turns: (n_nodes, 3) Cayley vectors.
+        G_m: (m, n_local) gradients at the middle, along which forces act.
+        D: (m, n_local) derivatives of the rows.
+        G_0: (h, n_local) gradients at the start.
+        G_1: (h, n_local) gradients at the end.
+        moved: (h, n_local) ``G M^-1`` of the last of both.
+        turned: (m, n_local) rows of D in the axes of a kept matrix.
+        root_0: (h, h) root L_0 of ``G_0 M^-1 G_0^T``, lower triangular.
+        root_1: (h, h) the same at the end.
+        impulse: (h, n_local) ``L_0^-1 G_0``.
+        kick: (h, n_local) ``L_0^-1 G_0 M^-1``.
+        ends: (h, h) matrix of n.
+        n: (h,) of the impulses at both ends.
+        pushes: (2, n_local) impulses at the start and at the end.
+        rates: (n_local,) at the end without impulses.
+        acting: (n_local,) forces.
+        forces: (m,) multipliers.
+        off: (m,) by how much rows are missed.
+        give: (m,) compliances.
+        columns: (m, n_dof) of ``K^-1 G_m^T``, each one after the other.
+        here: (m, n_local) the local unknowns of these.
+        matrix: (m, m) of the changes of the multipliers.
+        exchanges: (m,) of its rows.
+        changes: (m,) of the multipliers.
+        way: (k,) what drives want in the step [rad].
+        drive: (2,) changes of their works in the last correction and the one before [J].
+    """
+
+    u: np.ndarray
+    d: np.ndarray
+    weights: np.ndarray
+    change: np.ndarray
+    rest: np.ndarray
+    turns: np.ndarray
+    G_m: np.ndarray
+    D: np.ndarray
+    G_0: np.ndarray
+    G_1: np.ndarray
+    moved: np.ndarray
+    turned: np.ndarray
+    root_0: np.ndarray
+    root_1: np.ndarray
+    impulse: np.ndarray
+    kick: np.ndarray
+    ends: np.ndarray
+    n: np.ndarray
+    pushes: np.ndarray
+    rates: np.ndarray
+    acting: np.ndarray
+    forces: np.ndarray
+    off: np.ndarray
+    give: np.ndarray
+    columns: np.ndarray
+    here: np.ndarray
+    matrix: np.ndarray
+    exchanges: np.ndarray
+    changes: np.ndarray
+    way: np.ndarray
+    drive: np.ndarray
+
+
+def link_work(links, hard, n_dof):
+    """``LinkWork`` of zeros for ``Links``, the first ``hard`` rows of which are constraints."""
+    terms, m, n = links.terms, len(links.spans.first) - 1, len(links.dofs)
+    n_nodes, n_constraints = len(links.local), len(links.values)
+    zeros = np.zeros
+    return LinkWork(
+        zeros((3, len(terms.constant), 3)), zeros((3, len(terms.node), 3)),
+        zeros(len(links.pairs)), zeros(m - n_constraints), _vectors(n_nodes), _vectors(n_nodes),
+        zeros((m, n)), zeros((m, n)), zeros((hard, n)), zeros((hard, n)), zeros((hard, n)),
+        zeros((m, n)), zeros((hard, hard)), zeros((hard, hard)), zeros((hard, n)),
+        zeros((hard, n)), zeros((hard, hard)), zeros(hard), zeros((2, n)), zeros(n), zeros(n),
+        zeros(m), zeros(m), zeros(m), zeros((m, n_dof)), zeros((m, n)), zeros((m, m)),
+        zeros(m, dtype=np.int64), zeros(m), zeros(hard - n_constraints), zeros(2))

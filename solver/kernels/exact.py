@@ -33,7 +33,7 @@ from .vectors import dot
 
 @kernel
 def step_exact(elements, dofs, inertia, motion, start, step, lags, delta, loads, storage,
-               with_tangent, values, residual, work):
+               with_tangent, values, residual, work, placed):
     """Residual and symmetric matrix of an iterate of the exact scheme.
 
     ``R_x = F - M (v_1 - v_0)/dt - f_x``,
@@ -54,13 +54,15 @@ def step_exact(elements, dofs, inertia, motion, start, step, lags, delta, loads,
         values: lower triangle of the matrix.
         residual: ``Residual``.
         work: ``SpinWork``.
+        placed: whether it has the nodes of this iterate already.
 
     Returns:
         A node that turns too far.
     """
-    lost = advance(dofs.nodes, inertia, motion, start, step, delta, work)
-    if lost != DONE:
-        return lost
+    if not placed:
+        lost = advance(dofs.nodes, inertia, motion, start, step, delta, work)
+        if lost != DONE:
+            return lost
     work.force_x[:] = 0.0
     for d in range(work.force_p.shape[0]):
         for c in range(3):

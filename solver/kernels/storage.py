@@ -4,6 +4,8 @@ A matrix is a symmetric part and, where it needs one, a skew part; of either the
 stored, at the same places (see ``arguments.Storage``).
 """
 
+import numpy as np
+
 from .jit import internal, kernel
 
 
@@ -47,3 +49,50 @@ def add_cell(dofs, storage, nodes, sizes, cell, k, values, skew):
                     values[place] += 0.5 * (k[i, r, j, c] + k[j, c, i, r])
                     if skew.size:
                         skew[place] += 0.5 * (k[i, r, j, c] - k[j, c, i, r])
+
+
+@kernel
+def times(pointer, columns, factors, x, y):
+    """Product y (n_rows,) of a sparse matrix by rows, entries ``pointer[i] .. pointer[i + 1] - 1``
+    of row i, with x."""
+    for i in range(y.shape[0]):
+        total = 0.0
+        for k in range(pointer[i], pointer[i + 1]):
+            total += factors[k] * x[columns[k]]
+        y[i] = total
+
+
+@kernel
+def add_up(places, factors, sources, values, sums):
+    """``sums[places] = sum factors values[sources]``"""
+    sums[:] = 0.0
+    for k in range(places.shape[0]):
+        sums[places[k]] += factors[k] * values[sources[k]]
+
+
+@kernel
+def pull(rows, columns, places, part, moved):
+    """``moved`` (n,): ``places`` of unknowns moved by a ``part`` of the mean of what their
+    neighbours are away, each weighted by the 16th power of its distance over the largest one, and
+    one more of none.
+
+    Returns:
+        The largest distance.
+    """
+    width, weights = 0.0, np.ones(len(places))
+    for k in range(len(rows)):
+        width = max(width, abs(places[rows[k]] - places[columns[k]]))
+    moved[:] = 0.0
+    for k in range(len(rows)):
+        i, j = rows[k], columns[k]
+        away = places[i] - places[j]
+        weight = (away / width)**2
+        for _ in range(3):
+            weight *= weight
+        weights[i] += weight
+        weights[j] += weight
+        moved[i] -= weight * away
+        moved[j] += weight * away
+    for i in range(len(places)):
+        moved[i] = places[i] + part * moved[i] / weights[i]
+    return width

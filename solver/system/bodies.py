@@ -16,6 +16,7 @@ class Bodies:
     def __init__(self, model):
         self.cells = np.array([[node] for node, _ in model.body_masses], dtype=np.int64)
         self.cells = self.cells.reshape(-1, 1)
+        self._nodes = self.cells[:, 0]
         self._mass = np.array([mass for _, mass in model.body_masses])
         self._spread = spreads(model.bodies, len(model.normals))
         self._dofs, self._first, self._start = None, model.directors.first, None
@@ -25,17 +26,13 @@ class Bodies:
 
     def number(self, numbering):
         """Take the numbers of the unknowns."""
-        self._dofs = numbering.translations[self.cells[:, 0]]
+        self._dofs = numbering.translations[self._nodes]
         self._start = numbering.start
 
     def add_forces(self, iterate, work, forces):
         """Add the inertial forces ``-M (v_1 - v_0)/dt`` at an iterate to ``forces`` (n_dof,) [N];
         ``work``: what it has of the nodes."""
-        state, step, delta = iterate[:3]
-        at = self._dofs
-        rate = (step.delta * delta[at] - step.velocity * state.velocity[at]
-                - step.acceleration * state.acceleration[at])
-        forces[at] -= self._mass[:, None] * rate
+        forces[self._dofs] -= self._mass[:, None] * work.inertial_x[self._nodes]
 
     def add_matrix(self, storage, iterate, values):
         """Add their mass to a matrix."""
@@ -45,7 +42,7 @@ class Bodies:
         """(n,) kinetic energy of each [J]."""
         turns = self._spread[:, None] * start.p_dot**2
         return 0.5 * (self._mass * np.sum(state.velocity[self._dofs]**2, axis=1)
-                      + turns[len(turns) - 3 * len(self.cells):].reshape(-1, 9).sum(axis=1))
+                      + turns[-3 * len(self._nodes):].reshape(-1, 9).sum(axis=1))
 
     def rates(self, work):
         """(n_directors, 3) inertial forces on their directors beside those of ``NodalWork``."""
@@ -53,14 +50,14 @@ class Bodies:
 
     def observed(self, shell, state, start):
         """``arguments.Observation`` of the ``shell`` with these bodies."""
-        at, m, I = self.cells[:, 0], self._mass[:, None], self._spread[:, None]
-        v, x = state.velocity[self._dofs], state.x[at] + state.x_low[at]
-        rates = start.p_dot
-        momentum = np.sum(m * v, axis=0)
-        angular = np.sum(np.cross(x, m * v), axis=0) + np.sum(I * np.cross(start.p, rates), axis=0)
+        at, own = self._nodes, slice(-3 * len(self._nodes), None)
+        v, p, rates = state.velocity[self._dofs], start.p[own], start.p_dot[own]
+        momenta, spins = self._mass[:, None] * v, self._spread[own, None] * rates
+        products = (state.x[at] + state.x_low[at]).T @ momenta + p.T @ spins
+        angular = (products - products.T)[(1, 2, 0), (2, 0, 1)]
         return shell._replace(
-            kinetic=shell.kinetic + 0.5 * float(np.sum(m * v**2) + np.sum(I * rates**2)),
-            linear_momentum=shell.linear_momentum + momentum,
+            kinetic=shell.kinetic + 0.5 * float(np.vdot(momenta, v) + np.vdot(spins, rates)),
+            linear_momentum=shell.linear_momentum + momenta.sum(axis=0),
             angular_momentum=shell.angular_momentum + angular,
             angular_momentum_printed=shell.angular_momentum_printed + angular)
 
@@ -89,5 +86,5 @@ class TurningBodies(Bodies):
         return self._spread[:, None] * work.inertial_p
 
     def _directors(self):
-        for i in self.cells[:, 0]:
+        for i in self._nodes:
             yield i, slice(self._first[i], self._first[i + 1])

@@ -37,7 +37,7 @@ class ChartRows(Linked):
     def _at_state(self, state):
         """Vectors, gradients and angles of a state."""
         self._coordinates.place(state, self._start)
-        self._at(state, self._start, 0.0 * state.x)
+        self._at(state, self._start, self._rest)
 
     def _parts_of_rows(self):
         """(row, term, other vector) of all terms of both vectors of each product."""
@@ -80,10 +80,9 @@ class ChartRows(Linked):
         one, other = self._pairs.T
         raw = (np.einsum("rc,rcn->rn", u[other], self._J[one])
                + np.einsum("rc,rcn->rn", u[one], self._J[other]))
-        self._on_c, self._on_s = self._weights(u)
-        c, s = raw[self._m::2], raw[self._m + 1::2]
-        self._G = np.concatenate([raw[:self._m],
-                                  self._on_c[:, None] * c + self._on_s[:, None] * s])
+        self._weigh(self._links, u, self._weights)
+        turned = (self._weights[:, None] * raw)[self._m:]
+        self._G = np.concatenate([raw[:self._m], turned[::2] + turned[1::2]])
         self.off[:self._m] = np.sum(u[one] * u[other], axis=1)[:self._m] - self._values
 
     def _jacobian(self, d):
@@ -102,11 +101,7 @@ class ChartRows(Linked):
 
     def _on_products(self, forces):
         """(n_pairs,) forces on products, of those of rows."""
-        on = np.empty(len(self._pairs))
-        on[:self._m] = forces[:self._m]
-        on[self._m::2] = self._on_c * forces[self._m:]
-        on[self._m + 1::2] = self._on_s * forces[self._m:]
-        return on
+        return self._weights * forces[self._links.rows]
 
     def _turning_twice(self, on):
         """(n_nodes, 3, 3) ``(w d^T + d w^T)/2 - w . d`` and (n_nodes, 3) torques ``d x w``, summed

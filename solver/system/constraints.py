@@ -9,6 +9,9 @@ and residuals stay in global axes; what supports do is what ``T T^T`` takes from
 import numpy as np
 from scipy.sparse import coo_array, eye_array
 
+from ..kernels import storage
+from ..kernels.calls import Call
+
 ZERO = 1e-15
 """Components of unit vectors below this are rounding."""
 
@@ -34,12 +37,12 @@ class Constraints:
         away = onto - eye_array(numbering.n_dof, format="csr")
         away.eliminate_zeros()
         self._tied = np.flatnonzero(np.diff(away.indptr))
-        self._onto = onto[self._tied]
+        self._onto = Product(onto[self._tied])
 
     def project(self, vector):
         """The part of a vector (n_dof,) that is free."""
         free = vector.copy()
-        free[self._tied] = self._onto @ vector
+        free[self._tied] = self._onto(vector)
         return free
 
     def follow(self, state):
@@ -52,6 +55,21 @@ class Constraints:
             one, other = self._variables
             state.velocity[other] = state.velocity[one]
             state.acceleration[other] = state.acceleration[one]
+
+
+class Product:
+    """A constant sparse matrix, to be multiplied with one vector after another."""
+
+    def __init__(self, matrix):
+        """``matrix``: (n, k) sparse, by rows."""
+        self._parts, self._n = (matrix.indptr, matrix.indices, matrix.data), matrix.shape[0]
+        self._times = Call(storage.times)
+
+    def __call__(self, vector):
+        """The product (n,), a new vector."""
+        found = np.empty(self._n)
+        self._times(*self._parts, vector, found)
+        return found
 
 
 def constraints(model, numbering, fixed):

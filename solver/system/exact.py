@@ -94,7 +94,7 @@ class ExactSystem(System):
         return self._step(
             self.elements, self.dofs, self.coordinates.inertia, state.motion, place.start, step,
             state.lags, delta, dead, self.solver.storage, tangent, self.solver.values,
-            self.residual, self.nodal)
+            self.residual, self.nodal, self._placing)
 
     def _moments_on_normals(self, place, averaged):
         work, at = self.nodal, self._supported.directors

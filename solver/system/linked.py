@@ -4,6 +4,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import hinges, multipliers
+from ..kernels.arguments import Links, Spans
 from ..kernels.calls import Call
 from ..kernels.hinges import moments
 from ..model.bodies import GROUND
@@ -57,24 +58,38 @@ class Linked:
         self._local[self._nodes] = np.cumsum(sizes) - sizes
         self.dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(
             start[i] + np.arange(3 + self._n_rot[i]) for i in self._nodes)])
+        self._links = self._make_links()
+        self._values = self._links.values
         n_terms = len(self._terms.node)
-        self._u, self._d = np.zeros((2, len(rows.vectors), 3)), np.zeros((2, n_terms, 3))
-        self._no_turns = np.zeros((len(model.nodes), 3))
-        self._raw = np.zeros((len(self._pairs), len(self.dofs)))
+        self._u, self._d = np.zeros((3, len(rows.vectors), 3)), np.zeros((3, n_terms, 3))
+        self._rest, self._weights = np.zeros_like(model.nodes), np.zeros(len(self._pairs))
         self._place, self._gradients = Call(multipliers.carry), Call(multipliers.gradients)
-        self._moments = Call(moments)
+        self._weigh, self._moments = Call(multipliers.weigh), Call(moments)
         self.forces, self.off = np.zeros((2, m))
+
+    def _make_links(self):
+        """``Links``, their values to be filled."""
+        m, count = self._m, len(self.owners)
+        rows = np.concatenate([np.arange(m), np.repeat(np.arange(m, count), 2)])
+        first, spans = self._terms.first, [set() for _ in range(count)]
+        for row, pair in zip(rows, self._pairs):
+            for k in pair:
+                spans[row].update(self._terms.node[first[k]:first[k + 1]].tolist())
+        node = np.array([i for span in spans for i in sorted(span)], dtype=np.int64)
+        begin = self._local[node]
+        return Links(self._terms, self._pairs, rows, np.zeros(m), self._nodes, self._local,
+                     self._n_rot, self.dofs, Spans(np.cumsum([0, *map(len, spans)]), node, begin,
+                                                   begin + 3 + self._n_rot[node]))
 
     def __bool__(self):
         return len(self.owners) > 0
 
     def _set_values(self, frames):
         """Products of the initial configuration; the gradients there."""
-        X, rest = self._model.nodes, np.zeros_like(self._model.nodes)
-        u = self._u[0]
-        self._place(self._terms, X, rest, rest, frames, u, self._d[0])
+        X, rest, u, d = self._model.nodes, self._rest, self._u[0], self._d[0]
+        self._place(self._terms, X, rest, rest, frames, u, d)
         one, other = self._pairs[:self._m].T
-        self._values = np.sum(u[one] * u[other], axis=1)
+        self._values[:] = np.sum(u[one] * u[other], axis=1)
         lengths = np.linalg.norm(u, axis=1)
         moving = np.zeros(len(u), dtype=bool)
         owner = np.repeat(np.arange(len(u)), np.diff(self._terms.first))
@@ -83,7 +98,10 @@ class Linked:
         self._scale = np.concatenate([scale[one] * scale[other],
                                       np.ones(len(self.owners) - self._m)])
         self._initial = self._angles(u)
-        return self._rows(frames, u, self._d[0], *self._weights(u))
+        self._weigh(self._links, u, self._weights)
+        G = np.zeros((len(self.owners), len(self.dofs)))
+        self._gradients(self._links, self._weights, frames, rest, u, d, G)
+        return G
 
     def _products(self, u):
         """Cosines and sines of the angles."""
@@ -94,19 +112,6 @@ class Linked:
         """(k,) angles, in (-pi, pi]."""
         c, s = self._products(u)
         return np.arctan2(s, c)
-
-    def _weights(self, u):
-        """Factors of dc and ds in the change of each angle, ``(c ds - s dc) / (c^2 + s^2)``."""
-        c, s = self._products(u)
-        return -s / (c**2 + s**2), c / (c**2 + s**2)
-
-    def _rows(self, frames, u, d, on_c, on_s, turns=None):
-        """Gradients (m, n_local) of all rows; ``on_c``, ``on_s``: of angles in their cosines and
-        sines."""
-        self._gradients(self._terms, self._pairs, self._local, self._n_rot, frames,
-                        self._no_turns if turns is None else turns, u, d, self._raw)
-        c, s = self._raw[self._m::2], self._raw[self._m + 1::2]
-        return np.concatenate([self._raw[:self._m], on_c[:, None] * c + on_s[:, None] * s])
 
     def _check(self, S):
         names, diagonal = self._names(), np.diag(S)
@@ -133,7 +138,7 @@ class Linked:
     def follow(self, state, start):
         """Angles of a ``state`` and its ``Start``."""
         if len(self._places):
-            self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x),
+            self._place(self._terms, state.x, state.x_low, self._rest,
                         self._frames_at(state, start), self._u[1], self._d[1])
             at = self._places, hinges.ANGLE
             state.hinges[at] = nearest(self._angles(self._u[1]) - self._initial, state.hinges[at])

@@ -16,13 +16,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
 from ..kernels import multipliers
+from ..kernels.arguments import DONE
 from ..kernels.calls import Call
 from .damping import consistent_mass
 from .failure import NotConverged
 from .step_links import StepLinks
-
-SMALL = 1e-8
-"""Sine of a change of angle below which its ratio to the sine is one."""
 
 
 class Multipliers(StepLinks):
@@ -31,35 +29,18 @@ class Multipliers(StepLinks):
     def __init__(self, system):
         coordinates = system.coordinates
         super().__init__(system, coordinates.initial_frames)
-        self._turns = np.zeros_like(self._no_turns)
-        self._turn, self._spread = Call(multipliers.turns), Call(multipliers.spread)
+        self._begin, self._end = Call(multipliers.begin), Call(multipliers.end)
+        self._constrain = Call(multipliers.constrain)
         if self:
             self._inverse = inverse_mass(system, self.dofs)
-            self._inverse_here = self._inverse[self.dofs]
+            self._mobile = np.ascontiguousarray(self._inverse[self.dofs])
             G = self._set_values(coordinates.initial_frames)
             self._check(self._mobility(G[:self._hard]))
 
-    def _mean_weights(self):
-        """Factors of dc and ds by which the change of each angle in a step is exact, and the
-        change: see ``kernels.hinges``."""
-        (c_0, s_0), (c_1, s_1) = self._products(self._u[0]), self._products(self._u[1])
-        sine, cosine = c_0 * s_1 - s_0 * c_1, c_0 * c_1 + s_0 * s_1
-        if np.any(cosine <= 0.0):
-            raise NotConverged("a joint turns too far")
-        change = np.arctan2(sine, cosine)
-        ratio = np.divide(change, sine, where=np.abs(sine) > SMALL, out=1.0 / cosine)
-        return -0.5 * ratio * (s_0 + s_1), 0.5 * ratio * (c_0 + c_1), change
-
-    def _mobility(self, G):
-        """``G M^-1 G^T``"""
-        return G @ self._inverse_here @ G.T
-
     def begin(self, state, start=None):
         """Start a step from a ``state``: no forces yet."""
-        u, d = self._u[0], self._d[0]
-        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart, u, d)
-        G = self._rows(state.chart, u, d, *self._weights(u))
-        self._leave(state, G[:self._hard], self._inverse_here)
+        self._begin(self._links, self._mobile, state.motion, self._work)
+        self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
@@ -74,36 +55,20 @@ class Multipliers(StepLinks):
             forces: added to.
 
         Raises:
-            NotConverged: a joint turns by a right angle or more in the step.
+            NotConverged: a joint turns by a right angle or more in the step, or joints hold the
+                same twice.
         """
         state, step, delta = iterate[:3]
-        u, d = self._u, self._d
-        self._turn(self._nodes, self._local, self._n_rot, state.chart, delta[self.dofs],
-                   self._turns)
-        self._place(self._terms, state.x, state.x_low, work.dx, work.frames, u[1], d[1])
-        *mean, change = self._mean_weights()
-        self._G_m = self._rows(state.chart, 0.5 * (u[0] + u[1]), 0.5 * (d[0] + d[1]), *mean)
-        self._D = self._rows(state.chart, u[1], d[1], *self._weights(u[1]), self._turns)
-        self._miss(state, change, step, driven, slacks, motors)
-        rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:] = self._rates_end(self._rows_end(work.frames), rates, driven)
-        at = self._nodes
-        self._rate = step.rate_delta
-        self._at = (state.x[at] + state.x_low[at], work.dx[at].copy(),
-                    state.chart[at], work.frames[at])
-        spread = np.zeros(len(self.dofs))
-        self._spread(self._nodes, self._local, self._n_rot, state.chart, work.frames,
-                     step.rate_delta, self._impulse @ self._n, spread)
-        forces[self.dofs] += spread - self._G_m.T @ self.forces
+        self._rate, self._at = step.rate_delta, (state.motion, work)
+        lost = self._constrain(self._links, self._mobile, state.motion, work, delta, self._rate,
+                               driven.after, self._work, forces)
+        if lost != DONE:
+            raise NotConverged("a joint turns too far, or joints hold the same twice")
+        self._miss_angles(state, step, driven, slacks, motors)
 
     def parts(self):
         """(n_local,) sums of the magnitudes of all forces of constraints in the last iterate."""
         return np.abs(self._G_m).T @ np.abs(self.forces)
-
-    def _rows_end(self, frames):
-        """Gradients (hard, n_local) at the end of the step."""
-        u, d = self._u[1], self._d[1]
-        return self._rows(frames, u, d, *self._weights(u))[:self._hard]
 
     def _acting(self, rows):
         """Forces (n_local,) of some rows, and the part of the step after which they act."""
@@ -111,26 +76,23 @@ class Multipliers(StepLinks):
 
     def _place_of(self, i, part):
         """(3,) of node i after a part of the step [m]."""
-        x, dx, _, _ = self._at
-        j = np.searchsorted(self._nodes, i)
-        return x[j] + part * dx[j]
+        motion, work = self._at
+        return motion.x[i] + motion.x_low[i] + part * work.dx[i]
 
     def _torque(self, i, f, part):
         """(3,) moment on node i of forces that act after a part of the step."""
-        *_, before, after = self._at
-        j, at, n = np.searchsorted(self._nodes, i), self._local[i] + 3, self._n_rot[i]
-        axes = before[j] + part * (after[j] - before[j])
+        motion, work = self._at
+        at, n, before = self._local[i] + 3, self._n_rot[i], motion.chart[i]
+        axes = before + part * (work.frames[i] - before)
         if n == 2:
             axes = np.stack([axes[1], -axes[0]]) / (axes[2] @ axes[2])
         elif part == 0.5:
-            axes = before[j]
+            axes = before
         return f[at:at + n] @ axes
 
-    def _rows_at(self, state):
-        """Gradients (hard, n_local) at a ``state``."""
-        self._place(self._terms, state.x, state.x_low, np.zeros_like(state.x), state.chart,
-                    self._u[1], self._d[1])
-        return self._rows_end(state.chart)
+    def _end_at(self, state):
+        """Take the gradients at the end of a step from its ``state``."""
+        self._end(self._links, state.motion, self._work)
 
     def _pushed(self, last, first=0.0):
         """(n_dof,) rates by impulses (n_local,) at the end, and the start."""

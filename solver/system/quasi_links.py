@@ -30,7 +30,7 @@ class QuasiLinks(ChartRows, StepLinks):
         self._inverse = inverse_mass(system, self.dofs, turning=False)
         self._turning_dofs = np.isin(self.dofs, system.translations, invert=True)
         self._held = system.coordinates.fixed[self.dofs]
-        self._derive, self._end = Call(derivatives), np.zeros((len(model.normals), 3, 3))
+        self._derive, self._A1_end = Call(derivatives), np.zeros((len(model.normals), 3, 3))
         self._mobile = self._mobilities(self._start.A1)
         self._check(self._mobility(self._G[:self._hard]))
 
@@ -52,10 +52,6 @@ class QuasiLinks(ChartRows, StepLinks):
         mobile[block] = np.linalg.inv(self._masses(A1)[block])
         return mobile
 
-    def _mobility(self, G):
-        """``G M^-1 G^T``"""
-        return G @ self._mobile @ G.T
-
     def _moved(self, mobile, impulse):
         """(n_dof,) rates by an impulse (n_local,)."""
         rates = self._inverse @ impulse
@@ -65,10 +61,12 @@ class QuasiLinks(ChartRows, StepLinks):
 
     def begin(self, state, start):
         """Start a step from a ``state`` and its ``Start``: no forces yet."""
-        self._at(state, start, 0.0 * state.x)
+        self._at(state, start, self._rest)
         self._before = self._spins.copy()
         self._mobile_0 = self._mobile = self._mobilities(start.A1)
-        self._leave(state, self._G[:self._hard], self._mobile)
+        self._G_0[:] = self._G[:self._hard]
+        self._leave(self._links, self._mobile, self._work)
+        self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``
@@ -84,28 +82,30 @@ class QuasiLinks(ChartRows, StepLinks):
         """
         state, step, delta = iterate[:3]
         self._at(state, iterate, (1.0 - step.alpha_f) * work.dx)
-        self._G_m, self._middle, x_m = self._G, self._spins.copy(), self._x
+        self._middle, x_m = self._spins.copy(), self._x
+        self._G_m[:] = self._G
         masses = self._masses(iterate.A1)
-        self._derive(self._coordinates.nodes, state.chart, work.p_end, self._end)
-        self._at(state, self._start._replace(p=work.p_end, A1=self._end), work.dx)
-        self._D = self._G
-        self._mobile = self._mobilities(self._end)
+        self._derive(self._coordinates.nodes, state.chart, work.p_end, self._A1_end)
+        self._at(state, self._start._replace(p=work.p_end, A1=self._A1_end), work.dx)
+        self._D[:] = self._G
+        self._G_1[:] = self._G[:self._hard]
+        self._mobile = self._mobilities(self._A1_end)
         places = self._places
-        change = nearest(self._angles(self._u[1]) - self._initial,
-                         state.hinges[places, hinges.ANGLE]) - state.hinges[places, hinges.ANGLE]
-        self._miss(state, change, step, driven, slacks, motors)
+        before = state.hinges[places, hinges.ANGLE]
+        self._work.change[:] = nearest(self._angles(self._u[1]) - self._initial, before) - before
+        self._miss_angles(state, step, driven, slacks, motors)
         rates = 2.0 * step.rate_delta * delta[self.dofs] - state.velocity[self.dofs]
-        self._n[:] = self._rates_end(self._G[:self._hard], rates, driven)
+        self._rates_end(rates, driven)
+        n, impulse, kick = self._work.n, self._work.impulse, self._work.kick
+        spread = np.where(self._turning_dofs & ~self._held, masses @ (n @ kick), n @ impulse)
         self._rate, self._told = step.rate_delta, (state.x + state.x_low, x_m, self._x)
-        spread = np.where(self._turning_dofs & ~self._held, masses @ (self._kick @ self._n),
-                          self._impulse @ self._n)
         forces[self.dofs] += step.velocity * spread - self._G_m.T @ self.forces
 
-    def _rows_at(self, state):
+    def _end_at(self, state):
         """As of ``Multipliers``."""
         self._at_state(state)
         self._mobile = self._mobilities(self._start.A1)
-        return self._G[:self._hard]
+        self._G_1[:] = self._G[:self._hard]
 
     def _pushed(self, last, first=None):
         """As of ``Multipliers``."""

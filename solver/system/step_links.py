@@ -15,8 +15,11 @@ from scipy.linalg import solve_triangular
 
 from ..checks import TINY
 from ..errors import InputError
-from ..kernels import hinges
+from ..kernels import hinges, multipliers
+from ..kernels.arguments import DONE, link_work
+from ..kernels.calls import Call
 from .driven import INSTANT
+from .failure import NotConverged
 from .linked import Linked
 
 SETTLED = 1e-13
@@ -59,8 +62,13 @@ class StepLinks(Linked):
 
     def __init__(self, system, frames):
         super().__init__(system, frames)
-        self._give, self._n = np.zeros(len(self.owners)), np.zeros(self._hard)
-        self._drive, self._way = (0.0, 0.0), np.zeros(self._hard - self._m)
+        self._work = work = link_work(self._links, self._hard, self._n_dof)
+        self._u, self._d, self.forces, self.off = work.u, work.d, work.forces, work.off
+        self._G_0, self._G_1, self._G_m, self._D = work.G_0, work.G_1, work.G_m, work.D
+        self._root_0, self._root_1 = work.root_0, work.root_1
+        self._leave, self._missed = Call(multipliers.leave), Call(multipliers.rates_missed)
+        self._balance, self._backward = Call(multipliers.rates_end), Call(multipliers.backward)
+        self._split = Call(multipliers.split)
         self._of_drives = slice(self._m, self._hard)
         self._moves = np.isin(self.dofs, system.translations)
 
@@ -105,48 +113,40 @@ class StepLinks(Linked):
                              "joins do not fit together, or to its drive (rigid_velocity gives "
                              "those of a rigid motion)")
 
-    def _miss(self, state, change, step, driven, slacks, motors):
-        """By how much rows are missed."""
-        one, other = self._pairs[:self._m].T
-        self.off[:self._m] = np.sum(self._u[1][one] * self._u[1][other], axis=1) - self._values
-        n, places = len(self._driven), self._places
-        angle = state.hinges[places, hinges.ANGLE] + change
+    def _miss_angles(self, state, step, driven, slacks, motors):
+        """By how much the angles of drives, and moments, are missed."""
+        if not len(self._places):
+            return
+        n, places, work = len(self._driven), self._places, self._work
+        before = state.hinges[places, hinges.ANGLE]
+        angle = before + work.change
         self.off[self._of_drives] = angle[:n] - driven.angle
-        self._way = driven.angle - state.hinges[places[:n], hinges.ANGLE]
+        work.way[:] = driven.angle - before[:n]
         places, found = places[n:], np.empty((len(places) - n, 2))
         if len(places):
             self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
                           angle[n:], 1.0 - step.alpha_f, step.rate_delta, found)
             stiffness = np.maximum(found[:, 1], LEAST * self._stiff(step))
-            self._give[self._hard:] = 1.0 / stiffness
+            work.give[self._hard:] = 1.0 / stiffness
             self.off[self._hard:] = -(found[:, 0] + motors[places]
                                       + self.forces[self._hard:]) / stiffness
 
-    def _leave(self, state, G, inverse):
-        """Start from a ``state`` with the gradients G (hard, n_local), the ``inverse`` mass
-        (n_local, n_local): no forces yet."""
-        self.forces[:] = 0.0
-        self._G_0, self._rates_0 = G, G[self._m:] @ state.velocity[self.dofs]
-        self._root = root_of(self._mobility(G))
-        self._impulse = solve_triangular(self._root, G, lower=True).T
-        self._kick = inverse @ self._impulse
+    def _rates_end(self, rates, driven):
+        """Take n by which ``G_1 v_1`` is what drives want, of ``rates`` (n_local,) without
+        impulses."""
+        self._check_pivot(
+            self._balance(self._links, self._mobile, rates, driven.after, self._work))
 
-    def _rates_end(self, G, rates, driven):
-        """n by which ``G v_1`` is what drives want, of rates (n_local,) without impulses; G: (hard,
-        n_local) at the end of the step."""
-        missed = self._missed(G, rates, driven.after)
-        return np.linalg.solve(G @ self._kick + self._root_1, missed)
+    def _check_pivot(self, lost):
+        if lost != DONE:
+            raise NotConverged("joints hold the same twice")
 
-    def _missed(self, G, rates, wanted):
-        """By how much ``G v_1`` misses what drives want, (k,) [rad/s]."""
-        self._G_1, self._root_1 = G, root_of(self._mobility(G))
-        missed = G @ rates
-        missed[self._m:] -= wanted
-        return missed
-
-    def _impulses(self, n):
+    def _impulses(self):
         """(hard,) multipliers of the rates at both ends, ``L^-T n``."""
-        return [solve_triangular(root.T, n, lower=False) for root in (self._root, self._root_1)]
+        before, after = self._work.n.copy(), self._work.n.copy()
+        self._backward(self._root_0, before)
+        self._backward(self._root_1, after)
+        return before, after
 
     def _works(self, delta, driven, before, after):
         """Works of the ``drives`` in a step [J], of its impulses ``before`` and ``after``, too."""
@@ -158,35 +158,45 @@ class StepLinks(Linked):
         """(k,) what inertia has for a stiffness against the moments [N m/rad]."""
         return step.delta / np.maximum(np.diag(self._mobility(self._D[self._hard:])), TINY)
 
-    def columns(self):
-        """(m, n_dof) rows of ``G_m``, what supports leave free."""
-        rows = np.zeros((len(self.owners), self._n_dof))
-        rows[:, self.dofs] = self._G_m
-        return [self._free(row) for row in rows]
+    def _mobility(self, G):
+        """``G M^-1 G^T``"""
+        return G @ self._mobile @ G.T
 
-    def split(self, moved, columns):
-        """Changes of the multipliers for a correction ``moved`` (n_local,) without them, of which
-        each takes off ``columns`` (n_local, m)."""
-        matrix = self._D @ columns
-        matrix[np.diag_indices(len(matrix))] += self._give
-        change = np.linalg.solve(matrix, self._D @ moved + self.off)
-        self.forces += change
-        self._drive = np.abs(change[self._of_drives]) @ np.abs(self._way), self._drive[0]
-        return change
+    def take_columns(self, solve_rows):
+        """Take the columns ``K^-1 G_m^T``; ``solve_rows`` overwrites residuals (m, n_dof) with
+        corrections."""
+        columns, here = self._work.columns, self._work.here
+        columns[:] = 0.0
+        columns[:, self.dofs] = self._G_m
+        for column in columns:
+            column[:] = self._free(column)
+        solve_rows(columns)
+        here[:] = columns[:, self.dofs]
+
+    def split(self, turning, carried, correction):
+        """Change the multipliers for a ``correction`` (n_dof,) without them, and that by what they
+        take off; ``turning``: of the matrix, if it is ``carried``.
+
+        Raises:
+            NotConverged: joints hold the same twice.
+        """
+        self._check_pivot(self._split(self._links, turning, carried, correction, self._work))
 
     def keep_rates(self, state, wanted):
         """Take rates of a ``state`` by which its constraints are kept where supports have taken
         theirs, those of drives ``wanted`` (k,) [rad/s]."""
-        missed = self._missed(self._rows_at(state), state.velocity[self.dofs], wanted)
-        impulse = solve_triangular(self._root_1, missed, lower=True)
-        impulse = solve_triangular(self._root_1.T, impulse, lower=False)
+        self._end_at(state)
+        self._missed(self._links, self._mobile, state.velocity[self.dofs], wanted, self._work)
+        impulse = solve_triangular(self._root_1, self._work.n, lower=True)
+        self._backward(self._root_1, impulse)
         state.velocity[:] -= self._pushed(self._G_1.T @ impulse)
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
         of the ``drives`` in it [J]."""
-        before, after = self._impulses(self._rates_end(
-            self._rows_at(state), state.velocity[self.dofs], driven))
+        self._end_at(state)
+        self._rates_end(state.velocity[self.dofs], driven)
+        before, after = self._impulses()
         state.velocity[:] -= self._pushed(self._G_1.T @ after, self._G_0.T @ before)
         return self._works(delta, driven, before, after)
 
@@ -215,14 +225,14 @@ class StepLinks(Linked):
         """Forces (n_local,) of some rows, means of the step: of multipliers, and of the impulses at
         its start and its end."""
         rate, hard = self._rate, rows[:self._hard]
-        first, last = self._impulses(self._n)
+        first, last = self._impulses()
         return (-self._G_m.T @ (rows * self.forces), rate * (self._G_0.T @ (hard * first)),
                 -rate * (self._G_1.T @ (hard * last)))
 
     def late(self):
         """(n_dof,) forces that the impulses have beside those in the residual, which has twice that
         of the start of the step."""
-        first, last = self._impulses(self._n)
+        first, last = self._impulses()
         found = np.zeros(self._n_dof)
         found[self.dofs] = self._rate * (self._G_0.T @ first + self._G_1.T @ last)
         return found
@@ -232,8 +242,8 @@ class StepLinks(Linked):
 
         What is left of the residual does no work where constraints stay, but on what a drive moves.
         """
-        change, last = self._drive
-        work = np.abs(self.forces[self._of_drives] @ self._way)
+        change, last = self._work.drive
+        work = np.abs(self.forces[self._of_drives] @ self._work.way)
         return change <= SETTLED * (energy + work) or change > 0.5 * last
 
     def pass_on(self, parts):
@@ -242,9 +252,3 @@ class StepLinks(Linked):
         G = np.abs(self._G_m)
         largest = (G * parts[self.dofs]).max(axis=1, initial=0.0)
         parts[self.dofs] += (largest / np.maximum(np.sum(G * G, axis=1), TINY)) @ G
-
-
-def root_of(S):
-    """Lower triangular L with ``L L^T = S``, scaled first."""
-    scale = np.sqrt(np.diag(S))
-    return scale[:, None] * np.linalg.cholesky(S / np.outer(scale, scale))

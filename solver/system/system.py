@@ -313,9 +313,14 @@ class System:
         self.residual.balance[:] = np.where(self.dofs.fixed, 0.0, self.residual.unmasked)
         return lost
 
+    @property
+    def _placing(self):
+        """Whether something needs the nodes of an iterate before it is assembled."""
+        return bool(self._items or self.hinges or self.bodies or self.linked)
+
     def _iterate(self, state, place, step, delta):
         """``Iterate`` with the normals at the generalized midpoint."""
-        if self._items or self.hinges or self.bodies or self.linked:
+        if self._placing:
             self.coordinates.advance(state, place.start, step, delta, self.nodal)
         return Iterate(state, step, delta, self.nodal.p_mid, self.nodal.A1)
 

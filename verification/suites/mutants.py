@@ -79,11 +79,12 @@ JOINTS = (
     Mutant("a stop's moment from the middle of the step", "kernels/hinges.py",
            "return 0.5 * stiffness * (a * a - b * b) / (after - before)",
            "return 0.5 * stiffness * side * (a + b)", ("joint-conservation",)),
-    Mutant("constraints without impulses at both ends of a step", "system/step_links.py",
-           "missed = G @ rates", "missed = 0.0 * rates[:len(G)]",
+    Mutant("constraints without impulses at both ends of a step", "kernels/multipliers.py",
+           "work.n[i] = _times(links.spans, work.G_1, i, rates)", "work.n[i] = 0.0",
            ("linked-conservation",)),
-    Mutant("constraints' gradients at the end of the step", "system/multipliers.py",
-           "0.5 * (u[0] + u[1]), 0.5 * (d[0] + d[1])", "u[1], d[1]", ("linked-conservation",)),
+    Mutant("constraints' gradients at the end of the step", "kernels/multipliers.py",
+           "mean[k, c] = 0.5 * (before[k, c] + after[k, c])", "mean[k, c] = after[k, c]",
+           ("linked-conservation",)),
 )
 
 MODES = (
