@@ -35,7 +35,7 @@ SETTINGS = {
                "newton": Newton("full"), "solver": "skyline", "frame_every": 3,
                "stresses": True, "error": 1e-3},
     Scheme: {"name": "newmark", "rho_inf": 0.9, "transformation": "average", "axes": "global",
-             "dissipation": 0.2, "dissipates": "constant"},
+             "dissipation": 0.2, "dissipates": "constant", "order": 4},
     Newton: {"kind": "full", "tolerance": 1e-8, "min_iterations": 2, "max_iterations": 30}}
 
 MODEL = {"nodes": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1.5, 0)], "quads": [(1, 2, 3, 0)],

@@ -164,7 +164,7 @@ def run(model, elements, membrane, output, overwrite, resume, threads, as_json, 
     else:
         options["stresses"] = options["stresses"] or definition.output.stresses
         options["frame_every"] = options["frame_every"] or definition.output.frame_every
-        for name in ("scheme", "dissipation", "dissipates", "rho_inf", "error"):
+        for name in ("scheme", "dissipation", "dissipates", "rho_inf", "order", "error"):
             if not _given(name):
                 options[name] = getattr(definition.dynamic, name)
                 words[name] = f"{name} of {path}"

@@ -103,6 +103,8 @@ class Settings:
                              f"the {are} {' and '.join(nearest)} s")
         if not 0.0 <= self.error < 1.0:
             raise InputError(f"error must lie in [0, 1), is {self.error:g}")
+        if self.error and self.scheme.order != 2:
+            raise InputError("error chooses steps of order 2: it is that of one of these")
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
 
@@ -123,13 +125,15 @@ def taking_part(settings):
     """``settings``, as a dictionary, without what has no effect with its scheme and rule.
 
     ``exact`` has no parameter of ``quasi`` and no tolerance, ``newmark`` neither rho_inf nor T at a
-    midpoint; where nothing is dissipated, nothing is said of it.
+    midpoint; where nothing is dissipated, nothing is said of it, and nothing of order 2.
     """
     scheme, newton = settings["scheme"], settings["newton"]
     idle = {"exact": {"rho_inf", "transformation", "axes", "tolerance", "min_iterations"},
             "newmark": {"rho_inf", "transformation"}}.get(scheme["name"], set())
     if not scheme["dissipation"]:
         idle = idle | {"dissipation", "dissipates"}
+    if scheme["order"] == 2:
+        idle = idle | {"order"}
     if newton["kind"] != "full":
         idle = idle | {"min_iterations"}
     return {**settings, "scheme": _without(scheme, idle), "newton": _without(newton, idle)}

@@ -30,6 +30,7 @@ from ..system.reactions import no_reactions
 from ..system.system import System
 from .adaptive import Adaptive
 from .balance import Halvings, review
+from .composed import Composed
 from .newton import StepRecord
 from .probes import Probes, probes_of
 from .result import Result
@@ -129,6 +130,13 @@ def _in_charts(model, scheme):
     return MovingSystem if joined and not scheme.uses_accelerations else System
 
 
+def _dividing(stepper, settings, model):
+    """What divides the steps of a run, or a ``Stepper`` that does not."""
+    if settings.error:
+        return Adaptive(stepper, settings, model)
+    return Composed(stepper, model) if settings.scheme.order == 4 else stepper
+
+
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
               threads):
     scheme = settings.scheme
@@ -138,7 +146,7 @@ def _simulate(model, settings, output, overwrite, resume, progress, case, probes
     stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)
-    advance = Adaptive(stepper, settings, model).advance if settings.error else stepper.advance
+    advance = _dividing(stepper, settings, model).advance
     if output is not None:
         run.record(output, overwrite, resume, case)
     clock = time.perf_counter()

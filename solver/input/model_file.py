@@ -152,6 +152,7 @@ class Dynamic(Strict):
         dissipation: of ``exact``, 0 to 1.
         dissipates: of ``exact``, ``selective`` or ``constant``: where that is.
         rho_inf: of ``quasi``, the spectral radius at infinity, 0 to 1.
+        order: in time, 2 or 4.
         error: of a step, in sizes of the shell, beyond which it is divided; 0 for steps of dt.
     """
 
@@ -163,6 +164,7 @@ class Dynamic(Strict):
     dissipation: Number = 0.0
     dissipates: Literal[DISSIPATES] = "selective"
     rho_inf: Number = 1.0
+    order: Count = 2
     error: Number = 0.0
 
     @model_validator(mode="after")
@@ -173,7 +175,7 @@ class Dynamic(Strict):
     def settings(self, **others):
         """``Settings`` of the step."""
         scheme = Scheme(self.scheme, self.rho_inf, dissipation=self.dissipation,
-                        dissipates=self.dissipates)
+                        dissipates=self.dissipates, order=self.order)
         return Settings(self.dt, self.end_time, scheme, error=self.error, **others)
 
 

@@ -17,6 +17,7 @@ class _Scheme(_Strict):
     axes: str
     dissipation: float
     dissipates: str
+    order: int
 
 
 class _Newton(_Strict):

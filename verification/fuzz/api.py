@@ -115,7 +115,7 @@ def table(folder):
             np.zeros((6, 3)), PLATE.normals)},
         Newton: {"kind": "full", "tolerance": 1e-6, "min_iterations": 3, "max_iterations": 20},
         Scheme: {"name": "quasi", "rho_inf": 1.0, "transformation": "midpoint", "axes": "nodal",
-                 "dissipation": 0.0, "dissipates": "selective"},
+                 "dissipation": 0.0, "dissipates": "selective", "order": 2},
         Settings: {"dt": 0.1, "end_time": 0.2, "scheme": Scheme(), "newton": Newton(),
                     "solver": "auto", "frame_every": 0, "stresses": False, "error": 0.0},
         StaticSettings: {"solver": "skyline", "tolerance": 1e-16, "max_iterations": 16,

@@ -159,6 +159,8 @@ def flying(chance):
         model = replace(model, velocity=v, normal_velocity=w)
     scheme = Scheme("exact", dissipation=chance.choice((0.0, 0.0, chance.random())),
                     dissipates=chance.choice(("selective", "constant")))
+    if not scheme.dissipation and chance.random() < 0.1:
+        scheme = Scheme("exact", order=4)
     return model, Settings(dt=dt, end_time=12 * dt, scheme=scheme,
                            newton=Newton(chance.choice(("modified", "full"))))
 
