@@ -120,7 +120,8 @@ class Scheme:
             acceleration=(1.0 - 2.0 * beta - self.alpha_m) / (2.0 * beta),
             rate_delta=weight * gamma / (beta * dt),
             rate_velocity=(gamma - beta - self.alpha_f * gamma) / beta,
-            rate_acceleration=(gamma - 2.0 * beta) * weight / (2.0 * beta) * dt)
+            rate_acceleration=(gamma - 2.0 * beta) * weight / (2.0 * beta) * dt,
+            per_step=1.0 / dt)
 
     def end(self, dt):
         """``arguments.EndFactors``: U_dot and U_ddot at t_{n+1} by Newmark's formulas."""
