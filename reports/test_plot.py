@@ -54,6 +54,7 @@ def small_limit():
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
 
+@pytest.mark.slow
 def test_plot_of_two_meshes(runs, tmp_path):
     folder = tmp_path / "figures"
     done = corovec("plot", *runs, "--output", folder)
@@ -195,6 +196,7 @@ def test_a_page_holds_all_frames(runs, tmp_path):
     assert path.read_text().count("data:image/png;base64") == 13
 
 
+@pytest.mark.slow
 def test_an_mp4(runs, tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     path = tmp_path / "motion.mp4"

@@ -267,6 +267,7 @@ def test_shapes_of_the_growth_study(shape):
     assert 30.0 * step * found == pytest.approx(1.0, rel=0.05)  # of two meshes
 
 
+@pytest.mark.slow
 def test_delaying_the_inertia_costs_no_iteration_and_no_accuracy():
     """The paper's claim, at a hundred times its step: the rotary inertia alone varies."""
     rows = {row["matrix"]: row for row in iterations.step_iterations((1e-2,))}

@@ -120,6 +120,7 @@ def test_an_error_is_a_part_of_the_shells_size(error):
         Settings(0.01, 1.0, error=error)
 
 
+@pytest.mark.slow
 def test_steps_that_cannot_be_short_enough_are_told_of():
     """Once a run."""
     with pytest.warns(UserWarning, match="take a smaller dt") as told:

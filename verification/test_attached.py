@@ -301,6 +301,7 @@ def test_decrement(kind, decade):
     assert np.abs(balance / balance[0] - 1.0).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_damping_leaves_rigid_motion_and_momenta():
     """A plate that spins loses nothing; a plate that shakes and spins keeps both momenta."""
     mesh = rectangle(1.0, 0.5, (3, 2))

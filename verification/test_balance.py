@@ -123,6 +123,7 @@ def test_sudden_loads_with_dissipation_are_not_halved(rho):
     assert result.history["halvings"].sum() == 0
 
 
+@pytest.mark.slow
 def test_work_of_pressure_with_dissipation():
     """It is that of the dead force equal to it on a flat plate that only moves: m v^2/2."""
     plate = rectangle(1.0, 1.0, (2, 2))

@@ -356,6 +356,7 @@ def test_modes_of_a_sector():
     assert np.allclose(one.frequencies, two.frequencies, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_spinning_sector():
     """Centrifugal forces of a disk, and the mode of its equilibrium that all sectors have alike."""
     found = []
