@@ -118,14 +118,14 @@ def test_losses_are_refused():
 
 @pytest.mark.parametrize("scheme, told", [
     ({"order": 3}, "order must be 2 or 4, is 3"),
-    ({"order": 4, "rho_inf": 0.9}, "schemes that conserve energy"),
-    ({"order": 4, "name": "newmark"}, "schemes that conserve energy"),
-    ({"order": 4, "name": "exact", "dissipation": 0.1}, "without dissipation")])
+    ({"order": 4, "rho_inf": 0.9}, "rho_inf must be 1, is 0.9"),
+    ({"order": 4, "name": "newmark"}, "quasi and exact, which conserve energy"),
+    ({"order": 4, "name": "exact", "dissipation": 0.1}, "dissipation must be 0, is 0.1")])
 def test_mistakes(scheme, told):
     with pytest.raises(InputError, match=told):
         Scheme(**scheme)
 
 
 def test_an_error_chooses_steps_of_order_two():
-    with pytest.raises(InputError, match="error chooses steps of order 2"):
+    with pytest.raises(InputError, match="steps of order 2, not of order 4"):
         Settings(dt=0.1, end_time=0.2, scheme=Scheme(order=4), error=1e-3)
