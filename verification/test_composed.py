@@ -108,8 +108,8 @@ def test_losses_are_refused():
     hinged = cut(block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2)), (1, 0, 0), (1, 1, 0))
     fold = Hinge(hinged.nodes, hinged.others, damping=1.0, name="fold")
     for given, told in (
-            (replace(model, damping=Damping(1.0)), "where damping takes some"),
-            (replace(model, loads=[Drag(1.0, 1.2)]), "where load 0, a drag, takes some"),
+            (replace(model, damping=Damping(1.0)), "order must be 2 where damping takes energy"),
+            (replace(model, loads=[Drag(1.0, 1.2)]), "where load 0, a drag, takes energy"),
             (replace(model, attached=[Spring(0, 3, damping=1.0)]), r"the damper of attached\[0\]"),
             (Model.of(hinged.mesh, 0.2, 3e4, 0.3, 1000.0, joints=[fold]), "a latch of fold")):
         with pytest.raises(InputError, match=told):

@@ -30,8 +30,8 @@ class Composed:
             InputError: something takes energy, which the part that goes back would give.
         """
         for name in losses(model):
-            raise InputError(f"order 4 goes back in time for a part of each step, which gives "
-                             f"energy where {name} takes some: take order 2")
+            raise InputError(f"order must be 2 where {name} takes energy: 4 goes back in time for "
+                             "a part of each step, which would give some")
         self._stepper = stepper
 
     def advance(self, state, place, time, dt, record):
