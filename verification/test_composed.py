@@ -116,6 +116,11 @@ def test_losses_are_refused():
             simulate(given, Settings(dt=0.1, end_time=0.2, scheme=Scheme("exact", order=4)))
 
 
+def test_what_takes_nothing_is_no_loss():
+    model = replace(flying(), damping=Damping(), loads=[Drag(0.0, 1.2)])
+    assert not [*composed.losses(model)]
+
+
 @pytest.mark.parametrize("scheme, told", [
     ({"order": 3}, "order must be 2 or 4, is 3"),
     ({"order": 4, "rho_inf": 0.9}, "rho_inf must be 1, is 0.9"),

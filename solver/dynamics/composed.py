@@ -47,10 +47,10 @@ class Composed:
 
 def losses(model):
     """What of a model takes energy, in words."""
-    if model.damping:
+    if model.damping and (model.damping.mass or model.damping.stiffness):
         yield "damping"
     for k, load in enumerate(model.loads):
-        if isinstance(load, Drag):
+        if isinstance(load, Drag) and load.coefficient * load.density:
             yield f"load {k}, a drag,"
     for k, item in enumerate(model.attached):
         if isinstance(item, Spring) and (item.damping or item.damper_rates):
