@@ -201,6 +201,25 @@ def test_an_oscillator_with_a_damper(given):
         np.testing.assert_allclose(own, lost / 4.0, rtol=1e-9, atol=1e-14)
 
 
+@pytest.mark.parametrize("given", [{"damping": 0.4}, {"damper_rates": (-9.0, 9.0),
+                                                     "damper_forces": (-3.6, 3.6)}])
+@pytest.mark.parametrize("scheme", [Scheme(rho_inf=0.5), Scheme("newmark")])
+@pytest.mark.filterwarnings("ignore::corovec.AccuracyWarning")
+def test_a_damper_has_its_rate_in_schemes_that_dissipate(scheme, given):
+    """``v = v_0 exp(-8 c t / m)`` between two plates of mass m with four dampers c."""
+    rest = two_plates([])
+    v = np.where(rest.nodes[:, 2:] > 0.5, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    model = two_plates([lambda n, i=i: Spring(i, i + n, **given) for i in (0, 2, 6, 8)],
+                       velocity=v)
+    result = simulate(model, Settings(dt=0.002, end_time=0.4, scheme=scheme, newton=TIGHT),
+                      probes={"low": 0, "high": 9})
+    apart = result.history["high_u"][:, 2] - result.history["low_u"][:, 2]
+    decay = 8.0 * 0.4
+    assert apart[-1] == pytest.approx((1.0 - np.exp(-decay * 0.4)) / decay, rel=1e-2)
+    assert result.history["dissipated"][-1] == pytest.approx(
+        0.25 * (1.0 - np.exp(-2.0 * decay * 0.4)), rel=2e-2)
+
+
 @pytest.mark.parametrize("scheme, kept", [("exact", 1e-12), ("quasi", 1e-4)])
 def test_bent_tables_of_springs_in_flight(scheme, kept):
     """Energy, what dampers took and both momenta of a free flight, in which springs pass the points
@@ -407,6 +426,8 @@ def test_a_motion_comes_to_rest_on_the_arc():
     (lambda: Spring(1, 2, spring_extensions=(0.0, 1.0)), "2 spring_extensions but 0 spring_forces"),
     (lambda: Spring(1, 2, spring_extensions=(1.0, 0.0), spring_forces=(0.0, 1.0)),
      r"spring_extensions must rise, spring_extensions\[1\] = 0 follows 1"),
+    (lambda: Spring(1, 2, spring_extensions=(0.0, 1e-320), spring_forces=(0.0, 1.0)),
+     r"spring_extensions must rise, spring_extensions\[1\] = 9.99989e-321 follows 0"),
     (lambda: Spring(1, 2, damper_rates=(-1.0, 1.0), damper_forces=(1.0, 1.0)),
      r"damper_forces\[0\] = 1 N drives the motion at -1 m/s"),
     (lambda: Spring(1, 2, damper_rates=(1.0, 2.0), damper_forces=(1.0, 1.0)),

@@ -108,24 +108,29 @@ def test_losses_are_refused():
     hinged = cut(block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2)), (1, 0, 0), (1, 1, 0))
     fold = Hinge(hinged.nodes, hinged.others, damping=1.0, name="fold")
     for given, told in (
-            (replace(model, damping=Damping(1.0)), "where damping takes some"),
-            (replace(model, loads=[Drag(1.0, 1.2)]), "where load 0, a drag, takes some"),
+            (replace(model, damping=Damping(1.0)), "order must be 2 where damping takes energy"),
+            (replace(model, loads=[Drag(1.0, 1.2)]), "where load 0, a drag, takes energy"),
             (replace(model, attached=[Spring(0, 3, damping=1.0)]), r"the damper of attached\[0\]"),
             (Model.of(hinged.mesh, 0.2, 3e4, 0.3, 1000.0, joints=[fold]), "a latch of fold")):
         with pytest.raises(InputError, match=told):
             simulate(given, Settings(dt=0.1, end_time=0.2, scheme=Scheme("exact", order=4)))
 
 
+def test_what_takes_nothing_is_no_loss():
+    model = replace(flying(), damping=Damping(), loads=[Drag(0.0, 1.2)])
+    assert not [*composed.losses(model)]
+
+
 @pytest.mark.parametrize("scheme, told", [
     ({"order": 3}, "order must be 2 or 4, is 3"),
-    ({"order": 4, "rho_inf": 0.9}, "schemes that conserve energy"),
-    ({"order": 4, "name": "newmark"}, "schemes that conserve energy"),
-    ({"order": 4, "name": "exact", "dissipation": 0.1}, "without dissipation")])
+    ({"order": 4, "rho_inf": 0.9}, "rho_inf must be 1, is 0.9"),
+    ({"order": 4, "name": "newmark"}, "quasi and exact, which conserve energy"),
+    ({"order": 4, "name": "exact", "dissipation": 0.1}, "dissipation must be 0, is 0.1")])
 def test_mistakes(scheme, told):
     with pytest.raises(InputError, match=told):
         Scheme(**scheme)
 
 
 def test_an_error_chooses_steps_of_order_two():
-    with pytest.raises(InputError, match="error chooses steps of order 2"):
+    with pytest.raises(InputError, match="steps of order 2, not of order 4"):
         Settings(dt=0.1, end_time=0.2, scheme=Scheme(order=4), error=1e-3)

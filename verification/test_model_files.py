@@ -32,6 +32,7 @@ from corovec import (
 from corovec.solver.cli import cli
 from corovec.solver.input import reference
 from corovec.solver.input.acting import KINDS
+from corovec.solver.input.attached import SpringBetween
 from corovec.solver.input.files import read_model
 from corovec.solver.input.running import ReadySteps
 from corovec.solver.model.mesh import node_at
@@ -77,6 +78,15 @@ def test_the_reference_has_every_key(kind):
             value = tomllib.loads(f"value = {examples[name]}")["value"]
             if not (kind.__name__ == "Load" and name in KINDS):
                 TypeAdapter(field.rebuild_annotation()).validate_python(value)
+
+
+def test_the_example_of_a_spring_is_one():
+    """All its keys together make a spring: a damper's table that acts at rest is none."""
+    given = {name: tomllib.loads(f"value = {text}")["value"] for name, text in
+             tomllib.loads(reference.EXAMPLES.read_text())["SpringBetween"].items()}
+    mesh = block([(0, 0, 0.2), (0.6, 0, 0), (0.6, 1, 0), (0, 1, 0.2)], (1, 1))
+    spring, = SpringBetween.model_validate(given).made(mesh)
+    assert spring.damper_forces == (-2.0, 0.0, 1.0) and spring.steepest == 800.0
 
 
 def test_reference_and_schema_are_printed():

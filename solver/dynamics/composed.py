@@ -30,8 +30,8 @@ class Composed:
             InputError: something takes energy, which the part that goes back would give.
         """
         for name in losses(model):
-            raise InputError(f"order 4 goes back in time for a part of each step, which gives "
-                             f"energy where {name} takes some: take order 2")
+            raise InputError(f"order must be 2 where {name} takes energy: 4 goes back in time for "
+                             "a part of each step, which would give some")
         self._stepper = stepper
 
     def advance(self, state, place, time, dt, record):
@@ -47,10 +47,10 @@ class Composed:
 
 def losses(model):
     """What of a model takes energy, in words."""
-    if model.damping:
+    if model.damping and (model.damping.mass or model.damping.stiffness):
         yield "damping"
     for k, load in enumerate(model.loads):
-        if isinstance(load, Drag):
+        if isinstance(load, Drag) and load.coefficient * load.density:
             yield f"load {k}, a drag,"
     for k, item in enumerate(model.attached):
         if isinstance(item, Spring) and (item.damping or item.damper_rates):

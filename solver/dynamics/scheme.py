@@ -68,10 +68,17 @@ class Scheme:
             raise InputError(f"rho_inf must lie in [0, 1], is {self.rho_inf:g}")
         if self.order not in ORDERS:
             raise InputError(f"order must be 2 or 4, is {self.order}")
-        if self.order == 4 and (not self.conserves or self.dissipation):
-            raise InputError("order 4 goes back in time for a part of each step: it belongs to "
-                             "schemes that conserve energy, exact or quasi with rho_inf 1, without "
-                             "dissipation")
+        if self.order == 4:
+            self._check_order_4()
+
+    def _check_order_4(self):
+        why = "order 4 goes back in time for a part of each step"
+        if self.name == "newmark":
+            raise InputError(f"{why}: it belongs to quasi and exact, which conserve energy")
+        if self.rho_inf < 1.0:
+            raise InputError(f"{why}: rho_inf must be 1, is {self.rho_inf:g}")
+        if self.dissipation:
+            raise InputError(f"{why}: dissipation must be 0, is {self.dissipation:g}")
 
     @property
     def exact(self):
@@ -120,7 +127,8 @@ class Scheme:
             acceleration=(1.0 - 2.0 * beta - self.alpha_m) / (2.0 * beta),
             rate_delta=weight * gamma / (beta * dt),
             rate_velocity=(gamma - beta - self.alpha_f * gamma) / beta,
-            rate_acceleration=(gamma - 2.0 * beta) * weight / (2.0 * beta) * dt)
+            rate_acceleration=(gamma - 2.0 * beta) * weight / (2.0 * beta) * dt,
+            per_step=1.0 / dt)
 
     def end(self, dt):
         """``arguments.EndFactors``: U_dot and U_ddot at t_{n+1} by Newmark's formulas."""

@@ -104,7 +104,7 @@ class Settings:
         if not 0.0 <= self.error < 1.0:
             raise InputError(f"error must lie in [0, 1), is {self.error:g}")
         if self.error and self.scheme.order != 2:
-            raise InputError("error chooses steps of order 2: it is that of one of these")
+            raise InputError("error chooses the lengths of steps of order 2, not of order 4")
         if self.frame_every < 0:
             raise InputError(f"frame_every must not be negative, is {self.frame_every}")
 

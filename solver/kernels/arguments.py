@@ -138,6 +138,7 @@ class Factors(NamedTuple):
         rate_delta: factor of dU in U_dot [1/s].
         rate_velocity: factor of U_dot.
         rate_acceleration: factor of U_ddot [s].
+        per_step: ``1/dt``, of the rate that a change in the step has in dampers [1/s].
         strain_end: weight of the strains at the end, Eq. (70); with damping, that and what it adds.
         strain_start: weight of those at the start; both sum to 1.
         mass: factor of M in the matrix [1/s^2]: ``delta``, and what damping adds.
@@ -151,14 +152,15 @@ class Factors(NamedTuple):
     rate_delta: float
     rate_velocity: float
     rate_acceleration: float
+    per_step: float
     strain_end: float
     strain_start: float
     mass: float
 
 
 STATIC = Factors(alpha_f=0.0, stiffness=1.0, delta=0.0, velocity=0.0, acceleration=0.0,
-                 rate_delta=0.0, rate_velocity=0.0, rate_acceleration=0.0, strain_end=1.0,
-                 strain_start=0.0, mass=0.0)
+                 rate_delta=0.0, rate_velocity=0.0, rate_acceleration=0.0, per_step=0.0,
+                 strain_end=1.0, strain_start=0.0, mass=0.0)
 """Equilibrium at the end of the increment: no inertia, no averaging."""
 
 MASS_ONLY = STATIC._replace(stiffness=0.0, delta=1.0, rate_velocity=-1.0, mass=1.0)

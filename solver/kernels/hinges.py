@@ -224,7 +224,7 @@ def add_hinge_forces(nodes, edges, directors, owners, constants, states, moments
         if held:
             before = after
         moment, stiffness = _moment(constants[k], states[k], angle + change if held else angle,
-                                    angle + change, slacks[k], weight, step.rate_delta)
+                                    angle + change, slacks[k], weight, step.per_step)
         for c in range(3):
             de[c] = 0.0 if held else e[c] - e_0[c]
             e[c] -= 0.5 * de[c]

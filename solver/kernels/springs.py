@@ -72,7 +72,7 @@ def add_axial_forces(nodes, pairs, constants, motion, delta, step, forces):
         mean = weight * l_1 + (1.0 - weight) * l_0
         if mean == 0.0:
             continue
-        tension, _ = _tension(constants[k], l_0, l_1, change, weight, step.rate_delta)
+        tension, _ = _tension(constants[k], l_0, l_1, change, weight, step.per_step)
         for c in range(3):
             f = tension / mean * (weight * x_1[c] + (1.0 - weight) * x_0[c])
             forces[nodes.start[pairs[k, 0]] + c] += f
@@ -92,7 +92,7 @@ def add_axial_stiffness(dofs, storage, pairs, constants, motion, delta, step, va
         mean = weight * l_1 + (1.0 - weight) * l_0
         if mean == 0.0 or l_1 == 0.0:
             continue
-        tension, slope = _tension(constants[k], l_0, l_1, change, weight, step.rate_delta)
+        tension, slope = _tension(constants[k], l_0, l_1, change, weight, step.per_step)
         across = weight * tension / mean
         for a in range(3):
             m_a = (weight * x_1[a] + (1.0 - weight) * x_0[a]) / mean

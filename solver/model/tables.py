@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..checks import numbers
+from ..checks import TINY, numbers
 from ..errors import InputError
 from ..fields import put
 
@@ -31,7 +31,7 @@ def check_tables(what, item, spring, damper, units):
         if len(x) == 1:
             raise InputError(f"{what}: {places} must be two or more, one is given")
         for k, (one, other) in enumerate(zip(x, x[1:])):
-            if not one < other:
+            if not other - one >= TINY:
                 raise InputError(f"{what}: {places} must rise, {places}[{k + 1}] = {other:g} "
                                  f"follows {one:g}")
     x, f = (getattr(item, name) for name in damper)

@@ -125,7 +125,7 @@ class StepLinks(Linked):
         places, found = places[n:], np.empty((len(places) - n, 2))
         if len(places):
             self._moments(self._turnings.constants[places], state.hinges[places], slacks[places],
-                          angle[n:], 1.0 - step.alpha_f, step.rate_delta, found)
+                          angle[n:], 1.0 - step.alpha_f, step.per_step, found)
             stiffness = np.maximum(found[:, 1], LEAST * self._stiff(step))
             work.give[self._hard:] = 1.0 / stiffness
             self.off[self._hard:] = -(found[:, 0] + motors[places]
