@@ -12,7 +12,7 @@ from corovec import AccuracyWarning, Newton, Scheme, Settings, Support, simulate
 from corovec.solver.dynamics.newton import StepRecord
 from corovec.solver.dynamics.stepping import Stepper
 from corovec.solver.kernels import charts, junctions, nodes
-from corovec.solver.kernels.arguments import Factors, Motion, Nodes, nodal_work
+from corovec.solver.kernels.arguments import STATIC, Motion, Nodes, nodal_work
 from corovec.solver.model.model import STEEPEST_COMPONENT
 from corovec.solver.system.coordinates import Charts
 from corovec.solver.system.system import System
@@ -25,7 +25,8 @@ GLOBAL, FOLLOWING = False, True
 FREE = np.zeros(3)
 """No axis that a support keeps."""
 
-AS_IT_IS = Factors(0.5, 0.5, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.5, 0.5, 0.0)
+AS_IT_IS = STATIC._replace(alpha_f=0.5, stiffness=0.5, acceleration=-1.0, rate_velocity=-1.0,
+                           strain_end=0.5, strain_start=0.5)
 """Rates and second rates of a state, without an increment."""
 
 component = st.floats(-1.0, 1.0, allow_subnormal=False)
