@@ -247,6 +247,7 @@ def wait_until(condition):
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_many_models_in_memory():
     """Results in order, the failed one in its place; spawned processes and a given executor."""
     stiffer = replace(PLATE, youngs=2e6)

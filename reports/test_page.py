@@ -646,6 +646,7 @@ def test_parts_end_as_commands_do(tmp_path, monkeypatch, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_threads_start_parts_at_once(tmp_path):
     with ThreadPoolExecutor(8) as pool:
         ended = pool.map(lambda k: reproduce.execute(("info", str(k)), tmp_path / f"{k}.log"),

@@ -115,6 +115,7 @@ def test_plot_of_an_own_unfinished_run(tmp_path, monkeypatch):
     assert "item" in pd.read_csv(tmp_path / "own-mesh.csv")
 
 
+@pytest.mark.slow
 def test_plot_of_statics(static_path, tmp_path):
     assert call(plot, static_path, "--output", tmp_path, "--format", "png").exit_code == 0
     assert {path.stem for path in tmp_path.iterdir()} == {

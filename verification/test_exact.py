@@ -130,6 +130,7 @@ def _forces_side_by_side(y, dy, p, f, g, before, after, f_x, f_p):
                    discrete.force_work(), lanes(f_x), lanes(f_p))
 
 
+@pytest.mark.slow
 def test_lanes_compute_what_one_element_does_to_the_last_bit():
     rng = np.random.default_rng(3)
     steps = [random_step(rng)[1:] for _ in range(WIDTH)]

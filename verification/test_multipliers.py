@@ -252,6 +252,7 @@ def test_free_top():
     assert errors[1] < 5e-3 and 3.8 < errors[0] / errors[1] < 4.2
 
 
+@pytest.mark.slow
 def test_double_pendulum():
     """Two bodies on revolute joints fall from a horizontal line as Lagrange's equations say."""
     bodies = [RigidBody("one", 2.0, (0.3, 0.3, 0.3), (1.0, 0.0, 0.0)),

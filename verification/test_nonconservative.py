@@ -97,6 +97,7 @@ def test_energy_is_work(kind):
     assert 1e-12 < fine < coarse / 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_impulses_are_those_of_the_loads(scheme):
     """Momenta of a free shell are impulses: forces and moments of the loads are theirs; J of quasi
