@@ -29,7 +29,7 @@ class Composed:
         Raises:
             InputError: something takes energy, which the part that goes back would give.
         """
-        for name in losses(model):
+        if name := next(losses(model), None):
             raise InputError(f"order must be 2 where {name} takes energy: 4 goes back in time for "
                              "a part of each step, which would give some")
         self._stepper = stepper

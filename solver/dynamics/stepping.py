@@ -102,7 +102,7 @@ class Stepper:
         work = self._work(problem, time, delta)
         if system.damping:
             braked = system.damping.braked(Iterate(state, problem.step, delta))
-        before, lost = place.observed, 0.0
+        before, lost, sprung = place.observed, 0.0, 0.0
         damped = system.damping or self._dissipation
         measures = damped and strains(place.start)
         self._before.take(state)
@@ -134,10 +134,11 @@ class Stepper:
                 if drives is not None:
                     done[system.linked.drives, 0] += drives
                 system.turnings.latch(state)
-            sprung = system.lost_in_springs(self._before, state, dt)
             if self._dissipation:
                 lost += self._dissipation.lost(state, measures, place.start)
-            lost += float(sprung.sum())
+            if system.sprung:
+                sprung = system.lost_in_springs(self._before, state, dt)
+                lost += float(sprung.sum())
             state.external_work += work
             state.support_work += driven
             state.dissipated += lost

@@ -34,19 +34,27 @@ class StillSystem(System):
 
     def __init__(self, model, solver="auto", full_tangent=False, geometric=True):
         """``geometric``: whether moments of hinges are in the tangent, as stresses are."""
+        self._geometric, self._ahead = geometric, 0.0
         super().__init__(model, solver, full_tangent=full_tangent)
-        self._curved, self._ahead = geometric and bool(self.hinges), 0.0
         self.second = csc_array((self.numbering.n_dof,) * 2)
         self._hinge_angles = {k: Angle(model, joint) for k, joint in enumerate(model.joints)
                               if isinstance(joint, Hinge)}
         self.linked = StillLinks(self) if model.linked or model.bodies else None
-        if self.linked or self._curved:
-            unsymmetric = full_tangent and not self.all_dead
-            self.take((UnsymmetricLU if unsymmetric else SuperLU)(self.numbering))
+
+    def _make_solver(self, name, unsymmetric, threads):
+        self._curved = self._geometric and bool(self.hinges)
+        if not self._joins:
+            return super()._make_solver(name, unsymmetric, threads)
+        return Linking((UnsymmetricLU if unsymmetric else SuperLU)(self.numbering), self)
+
+    @property
+    def _joins(self):
+        """Whether joints add to the matrix."""
+        return bool(self.model.linked or self.model.bodies or self._curved)
 
     def take(self, solver):
         """Go on with a sparse ``solver``."""
-        self.solver = Linking(solver, self) if self.linked or self._curved else solver
+        self.solver = Linking(solver, self) if self._joins else solver
 
     def basis(self):
         """T (n_dof, n), sparse: ``dU = T dU_free`` of the free dofs, in the state that was

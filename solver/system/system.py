@@ -58,6 +58,7 @@ class System:
         driven: ``Driven``, the motion of the supports.
         supported: whether supports, springs to the ground or the neighbours of a sector hold
             anything.
+        sprung: whether there are springs between nodes or to the ground.
         floating: whether nothing holds the shell: no support, no spring to the ground.
         translations: (n_nodes, 3) dofs of the displacements.
         nodal_mass: (n_nodes,) lumped masses [kg].
@@ -100,13 +101,7 @@ class System:
         self._end_places = EndPlaces(model)
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
-        unsymmetric = full_tangent and not self.all_dead
-        if constraints:
-            self.solver = constrained(self.numbering, constraints.T, unsymmetric)
-        elif unsymmetric:
-            self.solver = UnsymmetricLU(self.numbering)
-        else:
-            self.solver = make_solver(solver, self.numbering, threads)
+        self.solver = self._make_solver(solver, full_tangent and not self.all_dead, threads)
         self.factorizations, self.floating = 0, not model.grounded
         self.translations = self.numbering.translations
         self.damping = Viscous(model, self.translations) if model.damping else None
@@ -117,7 +112,7 @@ class System:
         self.residual = Residual(*np.zeros((3, self.numbering.n_dof)))
         self._inner = bool(self._springs or self.damping or self.hinges or self.bodies
                            or model.linked)
-        self._turned = 0.0
+        self._turned, self.sprung = 0.0, bool(self._springs)
         self.inner_forces, self._ground_forces = np.zeros((2, self.numbering.n_dof))
         self._observe, self._resultant = Call(observation.observe), Call(observation.resultant)
         self._make_kernels(threads)
@@ -128,6 +123,15 @@ class System:
     def _make_coordinates(self, follow):
         """What the unknowns are."""
         return Charts(self.model, self.numbering, follow)
+
+    def _make_solver(self, name, unsymmetric, threads):
+        """What the matrix is assembled into and solved by."""
+        constraints = self.coordinates.constraints
+        if constraints:
+            return constrained(self.numbering, constraints.T, unsymmetric)
+        if unsymmetric:
+            return UnsymmetricLU(self.numbering)
+        return make_solver(name, self.numbering, threads)
 
     def _make_kernels(self, threads):
         """What assembles, and its work arrays."""
