@@ -10,16 +10,19 @@ from corovec import (
     EnergyProbe,
     Gravity,
     InputError,
+    Model,
     Newton,
     NodalLoad,
     NodalMoment,
     Pressure,
     ResultFileError,
+    RigidBody,
     Scheme,
     Settings,
     StressProbe,
     Support,
     TimeFunction,
+    block,
     line_load,
     load_control,
     read,
@@ -201,6 +204,19 @@ def test_balance_of_a_run(held):
     assert max(coarse.balance.forces, fine.balance.forces) < 1e-11
     assert fine.balance.moments < 0.35 * coarse.balance.moments < 1e-5
     assert run(model, newton=Newton()).balance.forces < 1e-5
+
+
+@pytest.mark.parametrize("bodies", [(), [RigidBody("root", 50.0, (1.0, 2.0, 2.0),
+                                                    (0.0, 0.5, 0.0), (0, 5, 10))]])
+def test_balance_of_moving_supports(bodies):
+    """Where the velocity of a support jumps, the jump is among its reactions (0.25 without, at the
+    steps of the jumps)."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    model = Model.of(mesh, 0.2, 3e4, 0.3, 1000.0, bodies=bodies, supports=[
+        Support((0, 10), ("z",), displacement=0.1,
+                history=TimeFunction((0.0, 0.1, 0.2), (0.0, 1.0, 0.0)))])
+    found = run(model, 20, name="exact").balance
+    assert max(found) < 1e-11
 
 
 @pytest.mark.parametrize("wrong", ["forces", "moments", "load"])

@@ -89,7 +89,7 @@ class Stepper:
             NotConverged: energy came from nothing; the state is as it was.
         """
         system, state, place, dt = self.system, problem.state, problem.place, problem.dt
-        reactions, driven, braked = None, 0.0, 0.0
+        reactions, driven, braked, hurried = None, 0.0, 0.0, None
         if system.supported or self._joints:
             self._assemble(problem, delta)
         if system.supported:
@@ -119,12 +119,13 @@ class Stepper:
                 state.hinges[:, SLACK] = problem.loads.slacks
             system.observe(state, place)
             if system.driven.moving:
-                driven -= place.observed.energy
+                found, rates = place.observed, state.velocity.copy()
                 system.driven.set_rates(state, at_time, time + dt, dt)
                 if system.linked:
                     system.linked.keep_rates(state, problem.loads.driven.after)
                 system.observe(state, place)
-                driven += place.observed.energy
+                driven += place.observed.energy - found.energy
+                hurried = system.hurried(state.velocity - rates, found, place.observed)
             if system.damping:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
             if system.turnings:
@@ -155,6 +156,8 @@ class Stepper:
         if reactions:
             impulses = record.impulses or no_reactions(len(state.x))
             record.impulses = impulses.plus(reactions, dt)
+            if hurried:
+                record.impulses = record.impulses.plus(hurried, 1.0)
 
     def _assemble(self, problem, delta):
         """The residual of a converged step, at its generalized midpoint."""

@@ -125,8 +125,10 @@ def energy(constants, states):
 def _moment(own, state, before, after, slack, weight, rate):
     """Moment of springs, dampers, stops and latch that turns a hinge on, from the angle ``before``
     to ``after``, and about how much less it is by a radian more."""
-    damping = own[DAMPING]
-    angle, change = before + weight * (after - before), after - before
+    damping, change = own[DAMPING], after - before
+    if weight == 1.0:
+        before = after
+    angle = before + weight * (after - before)
     moment = -own[K] * (angle - (state[SLACK] + weight * (slack - state[SLACK])))
     moment -= _slope(own[STOP], own[LEAST], -1.0, before, after)
     moment -= _slope(own[STOP], own[MOST], 1.0, before, after)
@@ -223,8 +225,8 @@ def add_hinge_forces(nodes, edges, directors, owners, constants, states, moments
         held = weight == 1.0
         if held:
             before = after
-        moment, stiffness = _moment(constants[k], states[k], angle + change if held else angle,
-                                    angle + change, slacks[k], weight, step.per_step)
+        moment, stiffness = _moment(constants[k], states[k], angle, angle + change, slacks[k],
+                                    weight, step.per_step)
         for c in range(3):
             de[c] = 0.0 if held else e[c] - e_0[c]
             e[c] -= 0.5 * de[c]

@@ -368,6 +368,15 @@ class System:
                          found.force + force + forces.sum(axis=0),
                          found.moment + moment + (np.cross(x, forces) + moments).sum(axis=0))
 
+    def hurried(self, rates, before, after):
+        """``Reactions``, as impulses [N s, N m s], of moving supports that change rates at once, by
+        ``rates`` (n_dof,): those on nodes are of lumped masses, the resultants the changes of the
+        momenta from one ``Observation`` to another."""
+        return Reactions(self.nodal_mass[:, None] * rates[self.translations],
+                         np.zeros(self.model.nodes.shape),
+                         after.linear_momentum - before.linear_momentum,
+                         after.angular_momentum - before.angular_momentum)
+
     def forces_of_impulses(self):
         """(n_dof,) by which supports hold the impulses of joints beside those in the residual."""
         late = self.linked.late()
