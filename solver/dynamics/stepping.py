@@ -96,7 +96,7 @@ class Stepper:
             reactions = system.reactions(state, place, problem.step, problem.loads,
                                          problem.averaged)
             driven = system.work_of_supports(delta)
-            late = system.linked and system.forces_of_impulses()
+            late = system.linked and system.linked.late()
         joints, done = self._joints and dt * system.joints(state, place), 0.0
         applied = system.resultant_of_loads(state, problem.step, delta, problem.loads)
         work = self._work(problem, time, delta)

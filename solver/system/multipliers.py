@@ -12,7 +12,7 @@ moment.  The scheme stays symmetric in time and of second order.
 """
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import splu
 
 from ..kernels import multipliers
@@ -32,7 +32,7 @@ class Multipliers(StepLinks):
         self._begin, self._end = Call(multipliers.begin), Call(multipliers.end)
         self._constrain = Call(multipliers.constrain)
         if self:
-            self._inverse = inverse_mass(system, self.dofs)
+            self._inverse, self._held_back = inverse_mass(system, self.dofs)
             self._mobile = np.ascontiguousarray(self._inverse[self.dofs])
             G = self._set_values(coordinates.initial_frames)
             self._check(self._mobility(G[:self._hard]))
@@ -100,8 +100,9 @@ class Multipliers(StepLinks):
 
 
 def inverse_mass(system, dofs, turning=True):
-    """(n_dof, n_local) columns of the inverse mass at some unknowns, of what supports leave free;
-    turns have the lumped inertia of the exact scheme, or with ``turning=False`` none."""
+    """Columns of the inverse mass at some unknowns, (n_dof, n_local), of what supports leave free,
+    and by what impulses at these supports hold the others, ``1 - M M^-1``, a sparse one; turns have
+    the lumped inertia of the exact scheme, or with ``turning=False`` none."""
     model, numbering, coordinates = system.model, system.numbering, system.coordinates
     start = numbering.start
     bodies, body_masses = np.array(model.body_masses).reshape(-1, 2).T
@@ -123,7 +124,9 @@ def inverse_mass(system, dofs, turning=True):
     found = T @ reduced.solve(T.T[:, dofs].toarray())
     if not turning:
         found[:, ~np.isin(dofs, numbering.translations)] = 0.0
-    return found
+    held = -(M @ found)
+    held[dofs, np.arange(len(dofs))] += 1.0
+    return found, csr_array(held - T @ (T.T @ held))
 
 
 def _inertia_of_turns(system):

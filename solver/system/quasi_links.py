@@ -27,7 +27,7 @@ class QuasiLinks(ChartRows, StepLinks):
         elements, model = system.elements, system.model
         self._inertia = np.bincount(elements.directors.ravel(), elements.rotary.sum(axis=2).ravel(),
                                     len(model.normals)) + spreads(model.bodies, len(model.normals))
-        self._inverse = inverse_mass(system, self.dofs, turning=False)
+        self._inverse, self._held_back = inverse_mass(system, self.dofs, turning=False)
         self._turning_dofs = np.isin(self.dofs, system.translations, invert=True)
         self._held = system.coordinates.fixed[self.dofs]
         self._derive, self._A1_end = Call(derivatives), np.zeros((len(model.normals), 3, 3))

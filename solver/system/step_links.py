@@ -230,12 +230,10 @@ class StepLinks(Linked):
                 -rate * (self._G_1.T @ (hard * last)))
 
     def late(self):
-        """(n_dof,) forces that the impulses have beside those in the residual, which has twice that
-        of the start of the step."""
+        """(n_dof,) forces by which supports hold the impulses beside those in the residual, which
+        has twice that of the start of the step."""
         first, last = self._impulses()
-        found = np.zeros(self._n_dof)
-        found[self.dofs] = self._rate * (self._G_0.T @ first + self._G_1.T @ last)
-        return found
+        return self._rate * (self._held_back @ (self._G_0.T @ first + self._G_1.T @ last))
 
     def settled(self, energy):
         """Whether the work of drives is, for an ``energy`` of the motion [J], or gets no better.

@@ -362,7 +362,7 @@ class System:
         moments[at] = -self.linked.torques()[at]
         smooth = at[self.numbering.n_rot[at] == 2]
         moments[smooth] -= along(moments[smooth], self.nodal.p_mid[first[smooth]])
-        forces = self.forces_of_impulses()[self.translations]
+        forces = self.linked.late()[self.translations]
         force, moment = self.linked.ground()
         return Reactions(found.forces + forces, found.moments + moments,
                          found.force + force + forces.sum(axis=0),
@@ -376,11 +376,6 @@ class System:
                          np.zeros(self.model.nodes.shape),
                          after.linear_momentum - before.linear_momentum,
                          after.angular_momentum - before.angular_momentum)
-
-    def forces_of_impulses(self):
-        """(n_dof,) by which supports hold the impulses of joints beside those in the residual."""
-        late = self.linked.late()
-        return late - self.free(late)
 
     def joints(self, state, place):
         """(n_joints, 7) force of every joint [N], on the plate of the first nodes, or as of
