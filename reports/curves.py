@@ -148,11 +148,11 @@ def energies(history: Rows, unloaded_at: End = np.inf, end: float = None):
 UNITS = {"reaction": "N", "reaction_moment": "N m", "_u": "m", "_v": "m/s", "_n": "N/m", "_m": "N",
          "_q": "N/m", "_von_mises": "Pa", "_strain_energy": "J", "_angle": "rad", "_rate": "rad/s",
          "_moment": "N m", "_force": "N", "_stored": "J", "_work": "J", "_lost": "J",
-         "_slide": "m", "_speed": "m/s", "_couple": "N m"}
+         "_slide": "m", "_speed": "m/s", "_couple": "N m", "_second": "rad"}
 """Of resultants, and of the columns of probes by their ends."""
 
 MAY_BE_NONE = ("_angle", "_rate", "_moment", "_stored", "_work", "_lost", "_slide", "_speed",
-               "_couple")
+               "_couple", "_second")
 """Ends of columns that are not drawn where they are zero: what a joint does not have."""
 
 
@@ -188,13 +188,14 @@ def probes(history: Rows, unloaded_at: End = np.inf, end: float = None):
     static = "factor" in history.dtype.names
     across, rows = ("factor", history) if static else ("time", _rows(history, end))
     table = data_frame(rows)
-    drawn = [part for name in names for part in table if part == name
-             or part.rpartition("_")[0] == name]
+    parts_of = {name: [part for part in table if part == name or (
+        part.rpartition("_")[0] == name and part not in names)] for name in names}
+    drawn = [part for parts in parts_of.values() for part in parts]
     names = [name for name in names if np.any(rows[name]) or not name.endswith(MAY_BE_NONE)]
     figure, (column,) = _panels(len(names), None, 0.3 + 1.45 * len(names))
     for axes, name in zip(column, names):
         unit = next(unit for ending, unit in UNITS.items() if name.endswith(ending))
-        parts = [part for part in table if part == name or part.rpartition("_")[0] == name]
+        parts = parts_of[name]
         for part, (colour, dashes) in zip(parts, CURVES):
             axes.plot(table[across], table[part], color=colour, linestyle=dashes,
                       label=part.removeprefix(f"{name}_"))

@@ -22,6 +22,7 @@ from corovec import (
     Scheme,
     Settings,
     Spherical,
+    Spring,
     Support,
     TimeFunction,
     block,
@@ -566,6 +567,12 @@ def nowhere():
     return two(nodes=(one, other), others=(other, one))
 
 
+def within():
+    """A spring between both sides of a hinge."""
+    model = chain(2)
+    return replace(model, attached=[Spring(*model.joints[0].tied[0].tolist(), 1.0)])
+
+
 def on_the_edge_of_a_sector():
     c, s = np.cos(np.pi / 6.0), np.sin(np.pi / 6.0)
     mesh = block([(1, 0, 0), (2, 0, 0), (2 * c, 2 * s, 0), (c, s, 0)], (2, 1))
@@ -609,6 +616,7 @@ MISTAKES = {
     "table of words": (lambda: two(spring_angles=("a", "b"), spring_moments=(0.0, 1.0)),
                        r"h1: spring_angles\[0\] must be a number"),
     "no joint": (lambda: replace(chain(2), joints=["h1"]), r"joints\[0\] must be one of Spherical"),
+    "a spring in a hinge": (within, r"attached\[0\]: a joint holds nodes 2 and 1[0-9] together"),
     "unjoined": (lambda: replace(chain(2), joints=()), "nodes 2 and 1[0-9] are at the same place"),
     "missing node": (lambda: two(others=(90, 91, 92)), "h1: node 90 does not exist"),
 }

@@ -391,6 +391,27 @@ def test_joints_without_a_moment_tell_their_angle(kind):
     np.testing.assert_allclose(told["it_slide"], 0.0, atol=1e-12)
 
 
+@pytest.mark.parametrize(("ends", "sense"), [(("ground", "body"), 1), (("body", "ground"), -1)])
+def test_angles_of_a_cross(ends, sense):
+    """A body that tumbles at a universal joint: turns about both axes, by these angles, make its
+    attitude."""
+    body = RigidBody("body", 2.0, (0.02, 0.03, 0.04), (1.3, 0.2, 0.1))
+    axes = (0.0, 0.6, 0.8), (1.0, 0.0, 0.0)
+    model = alone([body], [Universal(*ends, (1.0, 0.0, 0.0), *axes, name="it")],
+                  loads=[Gravity((3.0, 2.0, -9.81))])
+    result = simulate(model, Settings(dt=0.01, end_time=0.5, scheme=EXACT),
+                      probes={"it": JointProbe("it")})
+    told = result.history
+    first, other = told["it_angle"][-1], told["it_second"][-1]
+    assert min(abs(first), abs(other)) > 0.3
+    turned = Rotation.from_rotvec(first * np.array(axes[0])) * (
+        Rotation.from_rotvec(other * np.array(axes[1])))
+    np.testing.assert_allclose((turned.as_matrix() if sense > 0 else turned.inv().as_matrix()).T,
+                               result.directors[-3:], atol=1e-11)
+    np.testing.assert_allclose(told["it_second_rate"][1:], np.diff(told["it_second"]) / 0.01,
+                               rtol=1e-9)
+
+
 def test_moment_of_a_drive():
     """A revolute joint whose angle grows as a t^2/2: its moment is I a, the angle is that."""
     body = RigidBody("body", 2.0, (0.3, 0.3, 0.4), (1.0, 0.0, 0.0))

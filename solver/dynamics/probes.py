@@ -13,7 +13,7 @@ from ..kernels.calls import Call
 from ..kernels.hinges import ANGLE
 from ..model.constants import in_surface, recovery
 from ..model.joints import Hinge, names_of
-from ..model.linkages import Cylindrical, Prismatic, Revolute
+from ..model.linkages import Cylindrical, Prismatic, Revolute, Universal
 from ..model.mesh import node_at
 from ..results.layout import PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
@@ -81,13 +81,15 @@ class EnergyProbe:
 class JointProbe:
     """What a joint does: of a hinge, a revolute or a cylindrical joint the ``angle`` [rad] and its
     mean ``rate`` in the step [rad/s]; of a cylindrical or prismatic one the ``slide`` of ``other``
-    along the axis [m] and its mean ``speed`` [m/s]; the ``moment`` of spring, damper, stops, latch
-    and motor, or of the drive, that turns it on [N m], the energy that is ``stored`` there [J], the
-    ``work`` of its motor, servo or drive and what is ``lost`` in its dampers since t = 0 [J]; of
-    any joint the ``force`` on the plate of its ``nodes``, of a spherical one on the first node, of
-    one with ends on ``other``, or on ``one`` where that is the ground [N], and on that its
-    ``couple``, all moments about its place, of moments about its axis too [N m].  Forces and
-    moments are means of the step.  What a joint does not have is zero.
+    along the axis [m] and its mean ``speed`` [m/s]; of a universal one between bodies the ``angle``
+    of the cross about ``axis`` against ``one`` and the ``second`` one of ``other`` about
+    ``other_axis`` against the cross [rad] with its ``second_rate`` [rad/s]; the ``moment`` of
+    spring, damper, stops, latch and motor, or of the drive, that turns it on [N m], the energy that
+    is ``stored`` there [J], the ``work`` of its motor, servo or drive and what is ``lost`` in its
+    dampers since t = 0 [J]; of any joint the ``force`` on the plate of its ``nodes``, of a
+    spherical one on the first node, of one with ends on ``other``, or on ``one`` where that is the
+    ground [N], and on that its ``couple``, all moments about its place, of moments about its axis
+    too [N m].  Forces and moments are means of the step.  What a joint does not have is zero.
 
     Attributes:
         joint: its name.
@@ -266,7 +268,7 @@ class _Joint:
         self._angle = Angle(model, joint) if isinstance(joint, Hinge) else None
         acting = [k for k, other in enumerate(model.joints) if acts(other)]
         self._relative = None
-        if isinstance(joint, (Revolute, Cylindrical, Prismatic)):
+        if isinstance(joint, (Revolute, Cylindrical, Prismatic, Universal)):
             self._relative = Relative(model, joint)
         self._place = acting.index(self._number) if self._number in acting else None
         self.told = {"joint": probe.joint}
@@ -280,13 +282,13 @@ class _Joint:
         elif self._place is not None:
             row[0] = state.hinges[system.turnings.joints == self._number, ANGLE][0]
         if self._relative:
-            angle, row[9] = self._relative(state, place.start.p,
-                                           rows[0, 0] if len(rows) == 2 else 0.0)
+            last = rows[0, [0, 14]] if len(rows) == 2 else np.zeros(2)
+            angle, row[14], row[9] = self._relative(state, place.start.p, *last)
             row[0] = row[0] if self._place is not None else angle
         if len(rows) == 2:
-            row[1], row[10] = (row[0] - rows[0, 0]) / dt, (row[9] - rows[0, 9]) / dt
+            row[[1, 10, 15]] = (row[[0, 9, 14]] - rows[0, [0, 9, 14]]) / dt
             forces = record.joints[self._number] / dt
-            row[2], row[3:6], row[11:] = forces[3], forces[:3], forces[4:]
+            row[2], row[3:6], row[11:14] = forces[3], forces[:3], forces[4:]
             row[7:9] = rows[0, 7:9]
             if self._place is not None:
                 row[7:9] += record.turned[self._number]

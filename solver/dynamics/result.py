@@ -111,7 +111,8 @@ class Result:
         ``shear_force`` (xz, yz) [N/m] and ``von_mises`` (top, middle, bottom) [Pa]; of an
         ``EnergyProbe`` ``strain_energy`` [J]; of a ``JointProbe`` ``angle`` [rad], ``rate``
         [rad/s], ``hinge_moment`` [N m], ``joint_force`` [N], ``stored``, ``work`` and ``lost`` [J],
-        ``slide`` [m], ``speed`` [m/s] and ``couple`` [N m].
+        ``slide`` [m], ``speed`` [m/s], ``couple`` [N m], ``second_angle`` [rad] and ``second_rate``
+        [rad/s].
         """
         return {name: {what: self.history[f"{name}{end}"] for end, (what, _) in
                        PROBES[kind].items()}

@@ -44,7 +44,8 @@ PROBES = {
     "joint": {"_angle": ("angle", ()), "_rate": ("rate", ()), "_moment": ("hinge_moment", ()),
               "_force": ("joint_force", (3,)), "_stored": ("stored", ()), "_work": ("work", ()),
               "_lost": ("lost", ()), "_slide": ("slide", ()), "_speed": ("speed", ()),
-              "_couple": ("couple", (3,))}}
+              "_couple": ("couple", (3,)), "_second": ("second_angle", ()),
+              "_second_rate": ("second_rate", ())}}
 """What a probe of each kind adds to the columns of a run in time, behind its name: what it is, and
 the shape of it."""
 

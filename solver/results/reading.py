@@ -15,7 +15,7 @@ from .files import reason, regular_file
 from .layout import TIMES, Sizes, checked_sizes, columns
 from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-9"
+FORMAT = "corovec-run-10"
 
 OLDER = tuple(f"corovec-run-{k}" for k in range(1, 9))
 

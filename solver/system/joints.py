@@ -8,7 +8,7 @@ from ..kernels.arguments import DONE
 from ..kernels.calls import Call
 from ..model.bodies import GROUND, own_nodes
 from ..model.joints import shares_of_edge
-from ..model.linkages import LINKED, Cylindrical, Prismatic, Revolute, RigidLink, Tie
+from ..model.linkages import LINKED, Cylindrical, Prismatic, Revolute, RigidLink, Tie, Universal
 from ..model.mechanism import carried, moved, turns
 from .failure import NotConverged
 from .state import blank_state
@@ -38,10 +38,12 @@ class Angle:
 
 class Relative:
     """How far ``other`` has moved against ``one`` by a joint with an axis: turned about it, slid
-    along it.
+    along it; of a universal joint, how far its cross has turned about ``axis`` against ``one``, and
+    ``other`` about ``other_axis`` against the cross.
 
     Attributes:
-        turns, slides: whether the joint lets it, and no moment follows the turn already.
+        turns, slides, crosses: whether the joint lets it, as far as both ends know of the turn; and
+            no moment follows the first already.
     """
 
     def __init__(self, model, joint):
@@ -60,19 +62,29 @@ class Relative:
         self.slides = isinstance(joint, (Cylindrical, Prismatic))
         self.turns = isinstance(joint, (Cylindrical, Revolute)) and not any(smooth) and not (
             isinstance(joint, Revolute) and joint.places)
+        self.crosses = isinstance(joint, Universal) and not any(smooth)
+        if isinstance(joint, Universal):
+            self._side = np.array(joint.other_axis)
+            self.turns = self.crosses
 
-    def __call__(self, state, p, last):
-        """Angle [rad], within half a turn of the ``last``, and slide [m] at a state with normals
-        p."""
+    def __call__(self, state, p, last, last_other):
+        """Angle [rad] and that of ``other`` about the cross, each within half a turn of the last
+        one, and slide [m], at a state with normals p."""
         turned = [np.eye(3) if end is None else turns(initial, p[None, at])[0]
                   for end, at, initial in zip(self._ends, self._at, self._normals)]
         axis, side = turned[0] @ self._axis, turned[0] @ self._side
         arm = turned[1] @ self._side
         points = [turn @ arm + (0.0 if end is None else state.x[end] + state.x_low[end])
                   for end, turn, arm in zip(self._ends, turned, self._arms)]
-        angle = np.arctan2(arm @ np.cross(axis, side), arm @ side)
+        angle, crossed = _about(axis, side, arm), _about(arm, axis, turned[1] @ self._axis)
         return (float(nearest(angle, last)) if self.turns else 0.0,
+                float(nearest(crossed, last_other)) if self.crosses else 0.0,
                 float((points[1] - points[0]) @ axis) if self.slides else 0.0)
+
+
+def _about(axis, begin, end):
+    """Angle from one vector to another about an axis at right angles to both [rad]."""
+    return np.arctan2(end @ np.cross(axis, begin), end @ begin)
 
 
 class EndPlaces:
