@@ -18,7 +18,8 @@ from .tables import Table, number, percent
 NAMES = {"paper": "quasi, global axes (the paper's)", "quasi": "quasi, axes that follow the nodes",
          "exact": "exact", "dissipating": "exact, dissipating (0.1, selective)",
          "trapezoidal": "trapezoidal rule",
-         "generalized-alpha": "generalized-alpha (rho_inf = 0.8)"}
+         "generalized-alpha": "generalized-alpha (rho_inf = 0.8)",
+         "fourth-order": "exact, of fourth order"}
 """The schemes of the study in words."""
 
 LOOKS = dict(zip(SCHEMES, zip(CURVES, 2 * MARKERS)))

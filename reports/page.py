@@ -273,7 +273,7 @@ def _schemes(results, size, folder):
         tables=[conservation.largest(study), conservation.flights(study)] if study else [],
         summary=conservation.summary(study) if study else "",
         verdicts=tables.verdict_rows("Verdicts", named, "conservation"),
-        cell=_cell("schemes", rows, lacks, "the exact one beside five others", "conservation"))
+        cell=_cell("schemes", rows, lacks, "the exact one beside the others", "conservation"))
 
 
 def _suite(name, results):
