@@ -19,7 +19,7 @@ from .arguments import DONE
 from .discrete import triple_remainder
 from .jit import internal, kernel
 from .storage import add_cell
-from .tables import in_table, table_mean
+from .tables import energy_in, pull, table_mean, taken
 from .vectors import cross, dot
 
 SMALL_TANGENT = 1e-3
@@ -115,9 +115,7 @@ def energy(constants, states):
         total += 0.5 * (own[K] * (angle - states[k, SLACK])**2 + own[LOCK_K] * pressed**2
                         + own[STOP] * (_beyond(angle, own[LEAST], -1.0)**2
                                        + _beyond(angle, own[MOST], 1.0)**2))
-        n = int(own[OF_SPRING])
-        if n > 0:
-            total += in_table(own, TABLES, n, angle - states[k, SLACK])[1]
+        total += energy_in(own, TABLES, angle - states[k, SLACK])
     return total
 
 
@@ -132,17 +130,10 @@ def _moment(own, state, before, after, slack, weight, rate):
     moment = -own[K] * (angle - (state[SLACK] + weight * (slack - state[SLACK])))
     moment -= _slope(own[STOP], own[LEAST], -1.0, before, after)
     moment -= _slope(own[STOP], own[MOST], 1.0, before, after)
-    stiffness = weight * own[K]
-    n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
-    if n > 0:
-        start = after - slack if weight == 1.0 else before - state[SLACK]
-        pull, less = table_mean(own, TABLES, n, start, after - slack, weight)
-        moment -= pull
-        stiffness += less
-    if m > 0:
-        pull, _, less = in_table(own, TABLES + 3 * n, m, rate * change)
-        moment -= pull
-        stiffness += less * rate
+    start = after - slack if weight == 1.0 else before - state[SLACK]
+    back, less = pull(own, TABLES, start, after - slack, weight, change, rate)
+    moment -= back
+    stiffness = weight * own[K] + less
     stiffness += _slope_change(own[STOP], own[LEAST], -1.0, before, after, weight)
     stiffness += _slope_change(own[STOP], own[MOST], 1.0, before, after, weight)
     if state[LOCKED] > 0.0:
@@ -280,12 +271,9 @@ def done(constants, before, after, dt, found):
     for k in range(constants.shape[0]):
         own, change = constants[k], after[k, ANGLE] - before[k, ANGLE]
         start, end = before[k, ANGLE] - before[k, SLACK], after[k, ANGLE] - after[k, SLACK]
-        damping = own[DAMPING]
-        if before[k, LOCKED] > 0.0:
-            damping += own[LOCK_DAMPING]
-        found[k, 0], found[k, 1] = 0.5 * own[K] * (start + end), damping * change**2 / dt
-        n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
+        damping = own[DAMPING] + (own[LOCK_DAMPING] if before[k, LOCKED] > 0.0 else 0.0)
+        found[k, 0] = 0.5 * own[K] * (start + end)
+        n = int(own[OF_SPRING])
         if n > 0:
             found[k, 0] += table_mean(own, TABLES, n, start, end, 0.5)[0]
-        if m > 0:
-            found[k, 1] += in_table(own, TABLES + 3 * n, m, change / dt)[0] * change
+        found[k, 1] = taken(own, TABLES, damping, change, dt)

@@ -14,7 +14,7 @@ import numpy as np
 
 from .jit import internal, kernel
 from .storage import add_cell
-from .tables import in_table, table_mean
+from .tables import energy_in, pull, taken
 
 K, LENGTH, DAMPING, OF_SPRING, OF_DAMPER = range(5)
 """Columns of the constants of a spring between two nodes: stiffness, length at which it is slack,
@@ -48,17 +48,9 @@ def _tension(own, l_0, l_1, change, weight, rate):
     tension = own[K] * (weight * l_1 + (1.0 - weight) * l_0 - own[LENGTH])
     tension += own[DAMPING] * rate * change
     slope = weight * own[K] + own[DAMPING] * rate
-    n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
-    if n > 0:
-        start = (l_1 if weight == 1.0 else l_0) - own[LENGTH]
-        pull, more = table_mean(own, TABLES, n, start, l_1 - own[LENGTH], weight)
-        tension += pull
-        slope += more
-    if m > 0:
-        pull, _, more = in_table(own, TABLES + 3 * n, m, rate * change)
-        tension += pull
-        slope += rate * more
-    return tension, slope
+    start = (l_1 if weight == 1.0 else l_0) - own[LENGTH]
+    further, more = pull(own, TABLES, start, l_1 - own[LENGTH], weight, change, rate)
+    return tension + further, slope + more
 
 
 @kernel
@@ -116,10 +108,7 @@ def stored(constants, lengths, found):
     """Energies (n,) of springs of ``lengths`` (n,), into ``found`` [J]."""
     for k in range(constants.shape[0]):
         own, longer = constants[k], lengths[k] - constants[k, LENGTH]
-        found[k] = 0.5 * own[K] * longer**2
-        n = int(own[OF_SPRING])
-        if n > 0:
-            found[k] += in_table(own, TABLES, n, longer)[1]
+        found[k] = 0.5 * own[K] * longer**2 + energy_in(own, TABLES, longer)
 
 
 @kernel
@@ -127,11 +116,7 @@ def lost(constants, changes, dt, found):
     """What dampers took in a step of length dt in which their lengths changed by ``changes`` (n,),
     into ``found`` [J]."""
     for k in range(constants.shape[0]):
-        own, change = constants[k], changes[k]
-        found[k] = own[DAMPING] * change**2 / dt
-        n, m = int(own[OF_SPRING]), int(own[OF_DAMPER])
-        if m > 0:
-            found[k] += in_table(own, TABLES + 3 * n, m, change / dt)[0] * change
+        found[k] = taken(constants[k], TABLES, constants[k, DAMPING], changes[k], dt)
 
 
 @kernel

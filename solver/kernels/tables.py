@@ -1,7 +1,8 @@
 """Forces given as tables of a change: linear between their points, constant beyond both ends.
 
 A table of n points is a row of numbers: their places, the values there and the integrals from zero
-to there.
+to there.  That of a spring and that of a damper stand one after the other from a column ``first``
+on, the numbers of their points in the two columns before it.
 """
 
 from .jit import internal
@@ -50,3 +51,33 @@ def table_mean(own, first, n, before, after, weight):
             turn += (other - at) * (0.5 * (a + b) - before)
             a, at = b, other
     return mean / (high - low), turn / (change * abs(change))
+
+
+@internal
+def pull(own, first, before, after, weight, change, rate):
+    """Value of both tables, and its derivative by ``after``: of the spring the mean from ``before``
+    to ``after``, of the damper that at ``rate change``."""
+    n, m = int(own[first - 2]), int(own[first - 1])
+    value, slope = 0.0, 0.0
+    if n > 0:
+        value, slope = table_mean(own, first, n, before, after, weight)
+    if m > 0:
+        braked, _, more = in_table(own, first + 3 * n, m, rate * change)
+        value += braked
+        slope += rate * more
+    return value, slope
+
+
+@internal
+def energy_in(own, first, x):
+    """Energy of the spring at x [J]."""
+    n = int(own[first - 2])
+    return in_table(own, first, n, x)[1] if n > 0 else 0.0
+
+
+@internal
+def taken(own, first, damping, change, dt):
+    """What a damper and its table took of a change in a step of length dt [J]."""
+    n, m = int(own[first - 2]), int(own[first - 1])
+    braked = in_table(own, first + 3 * n, m, change / dt)[0] if m > 0 else 0.0
+    return (damping * change / dt + braked) * change
