@@ -226,7 +226,7 @@ def _of_static(result, shell, output):
         "load_factor": 1.0,
         "strain_energy": float(result.strain_energy[-1]),
         "largest_displacement": float(largest.max()), "at_node": int(largest.argmax()),
-        "reaction": result.reactions[-1].sum(axis=0).tolist(),
+        "reaction": result.reaction[-1].tolist(),
         "reaction_moment": result.reaction_moment[-1].tolist(),
         "balance": result.balance._asdict(),
         "iterations": int(result.iterations.sum()), "memory": result.memory,
@@ -299,7 +299,7 @@ def _settings(options, defaults, words):
 @click.option("--energy", is_flag=True,
               help="Also the energies of the last step by shell, body, joint, spring, loads.")
 @click.option("--csv", type=click.Path(dir_okay=False),
-              help="Write these energies of all steps to a file.")
+              help="Write these energies of all steps, of a static path its rows, to a file.")
 @click.option("--overwrite", is_flag=True, help="Replace that file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
 def info(file, energy, csv, overwrite, as_json):
@@ -309,13 +309,17 @@ def info(file, energy, csv, overwrite, as_json):
     Examples:
       corovec info run.h5
       corovec info run.h5 --energy --csv energies.csv
+      corovec info path.h5 --csv path.csv
     """
     from .dynamics.settings import taking_part
     from .model.mechanism import summary as joined
+    from .results.frame import data_frame
+    from .results.layout import is_static
     from .results.reading import read
     contents = read(file)
     description, history = contents["description"], contents["history"]
-    if "factor" in history.dtype.names:
+    static = is_static(history.dtype)
+    if static:
         settings, outcome = description["settings"], _static_summary(history)
     else:
         settings = taking_part(description["settings"])
@@ -329,7 +333,13 @@ def info(file, energy, csv, overwrite, as_json):
         "steps_planned": None if open_end else contents["n_steps"],
         "frames": len(contents["displacement"]), **outcome, "memory": contents["memory"],
         "versions": description["versions"], "machine": description["machine"]}
-    table = _energies(contents, file, csv, overwrite) if energy or csv else None
+    table = None
+    if static and energy:
+        raise InputError(f"{printable(file)} is a static path, which has no energies by item")
+    if static and csv:
+        _write_table(data_frame(history), csv, overwrite)
+    elif energy or csv:
+        table = _energies(contents, csv, overwrite)
     if energy and as_json:
         summary["energies"] = table.to_dict("records")
     show(summary, as_json)
@@ -337,16 +347,19 @@ def info(file, energy, csv, overwrite, as_json):
         _show_energies(table, history)
 
 
-def _energies(contents, file, csv, overwrite):
+def _energies(contents, csv, overwrite):
     """Energies of a run by item in its last step, those of all steps in a file ``csv``."""
     from .dynamics.energies import energy_table
-    from .results.files import replacing, writable_path
-    if "factor" in contents["history"].dtype.names:
-        raise InputError(f"{printable(file)} is a static path, which has no energies by item")
     if csv:
-        with replacing(writable_path(csv, overwrite)) as partial:
-            energy_table(contents).to_csv(partial, index=False)
+        _write_table(energy_table(contents), csv, overwrite)
     return energy_table(contents, -1)
+
+
+def _write_table(table, csv, overwrite):
+    """Write a DataFrame to a file."""
+    from .results.files import replacing, writable_path
+    with replacing(writable_path(csv, overwrite)) as partial:
+        table.to_csv(partial, index=False)
 
 
 def _show_energies(table, history):

@@ -31,6 +31,7 @@ from corovec import (
     Steps,
     Support,
     Tie,
+    TimeFunction,
     Universal,
     block,
     join,
@@ -488,7 +489,16 @@ MISTAKES = {
     "drive that begins fast": (
         lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5, Expression("t"),
                                    name="neck")),
-        "neck: the initial velocities of what it joins do not fit together, or to its drive"),
+        "neck: its drive begins at 0.5 rad/s, the initial velocities turn it at 0 rad/s: let it"),
+    "ramp that begins fast": (
+        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5,
+                                   TimeFunction((0.0, 1.0), (0.0, 1.0)), name="neck")),
+        "neck: its drive begins at 0.5 rad/s, the initial velocities turn it at 0 rad/s: let it"),
+    "probe with a column of the run": (
+        lambda: simulate(alone([BODY], [Ball("ground", "body", (0, 0, 0), name="neck")]),
+                         Settings(dt=0.02, end_time=0.1, scheme=EXACT),
+                         probes={"load": JointProbe("neck")}),
+        "probes: load: its column load_moment is one of the run: take another name"),
     "ends of the ground": (lambda: Ball("ground", "ground", (0, 0, 0)), "both ends are 'ground'"),
     "point of the ground": (lambda: simulated(RigidLink("body", "ground", (0, 0, 0), name="rod")),
                             "rod: its point of the ground is missing"),
@@ -504,6 +514,20 @@ MISTAKES = {
                                                      Expression("t**2"))]), (1.0,)),
         "the supports leave 6 rigid motions of the part with node 0 free, translation along x, y"),
 }
+
+
+def test_a_ramp_that_is_met():
+    """A drive that begins with the spin that the body has, and goes on with it: it does no
+    work."""
+    model = alone([BODY], [Revolute("ground", "body", BODY.centre, AXIS, 0.5,
+                                    TimeFunction((0.0, 1.0), (0.0, 1.0)), name="neck")])
+    spin = 0.5 * np.array(model.joints[0].axis)
+    velocity, rates = rigid_velocity(model, (0.0, 0.0, 0.0), spin, BODY.centre)
+    model = replace(model, velocity=velocity, normal_velocity=rates)
+    told = simulate(model, Settings(dt=0.02, end_time=0.1, scheme=EXACT),
+                    probes={"neck": JointProbe("neck")}).history
+    np.testing.assert_allclose(told["neck_angle"], 0.5 * told["time"], atol=1e-14)
+    assert np.abs(told["neck_work"]).max() < 1e-12
 
 
 def simulated(joint):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pandas import read_csv
 from scipy.linalg import eigvalsh
 from scipy.spatial.transform import Rotation
 
@@ -47,6 +48,7 @@ from corovec.solver.system.failure import NotConverged
 from corovec.solver.system.joints import angle_derivatives
 from corovec.solver.system.loads import at_factor
 from corovec.solver.system.still_links import StillLinks
+from corovec.verification.helpers import in_process
 from corovec.verification.suites.exact import EXACT
 
 ALL = ("x", "y", "z", "px", "py", "pz")
@@ -184,6 +186,10 @@ def test_three_hinged_arch():
         assert np.max(result.balance) < 1e-12
     result = load_control(arch(), [1.0])
     np.testing.assert_allclose(result.reactions.sum(axis=(0, 1)), (0, 0, 1e-5 * G), atol=1e-9)
+    for of in (result, solve_linear(arch())):
+        np.testing.assert_allclose(np.squeeze(of.reaction), -result.load[-1], atol=1e-9)
+        np.testing.assert_allclose(np.squeeze(of.reaction_moment), -result.load_moment[-1],
+                                   rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(result.load[-1], (0.0, 0.0, -left - right - 1e-5 * G), rtol=1e-12)
     np.testing.assert_allclose(result.reaction_moment[-1],
                                -result.load_moment[-1], rtol=1e-9, atol=1e-9)
@@ -558,6 +564,13 @@ def test_files_of_paths_tell_of_joints(tmp_path, monkeypatch):
     frame = path.frame()
     np.testing.assert_array_equal(frame["joints.force_0_z"], path.joint_forces[:, 0, 2])
     np.testing.assert_array_equal(frame["joints.angle_0"], path.joint_angles[:, 0])
+    table = tmp_path / "path.csv"
+    in_process("info", str(tmp_path / "path.h5"), "--csv", str(table))
+    written = read_csv(table)
+    np.testing.assert_allclose(written["joints.angle_0"][-len(frame):], frame["joints.angle_0"])
+    np.testing.assert_allclose(written["reaction_z"][-len(frame):], path.reaction[:, 2])
+    told = in_process("info", str(tmp_path / "path.h5"), "--energy").stderr
+    assert "is a static path, which has no energies by item" in told
 
 
 def _of_file(file, result):
@@ -653,6 +666,6 @@ def test_a_motion_goes_on_with_angles_and_latches():
     other = simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT), start=one.state)
     np.testing.assert_allclose(other.total_energy, two.total_energy[40:], rtol=1e-9)
     np.testing.assert_allclose(other.hinges, two.hinges, rtol=1e-8)
-    with pytest.raises(InputError, match=r"start.hinges: shape \(3, 2\) given"):
+    with pytest.raises(InputError, match="start.hinges: angles at 3 places of joints, the model"):
         simulate(model, Settings(dt=0.05, end_time=1, scheme=EXACT),
                  start=one.state._replace(hinges=np.zeros((3, 2))))

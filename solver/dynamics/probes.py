@@ -15,7 +15,7 @@ from ..model.constants import in_surface, recovery
 from ..model.joints import Hinge, names_of
 from ..model.linkages import Cylindrical, Prismatic, Revolute, Universal
 from ..model.mesh import node_at
-from ..results.layout import PROBES, probed
+from ..results.layout import DYNAMICS, PROBES, probed
 from ..results.stresses import directions, turned, turned_vector
 from ..system.joints import Angle, Relative
 from .energies import Energies, acts
@@ -130,8 +130,15 @@ class Probes:
         self._probes = {name: _made(model, f"probes: {name}", probe)
                         for name, probe in given.items()}
         self.energies = Energies(model)
-        self.row = probed({name: probe.kind for name, probe in self._probes.items()},
-                          self.energies.counts)
+        kinds = {name: probe.kind for name, probe in self._probes.items()}
+        taken = dict.fromkeys(DYNAMICS.names, "the run")
+        for name, kind in kinds.items():
+            for column in (f"{name}{end}" for end in PROBES[kind]):
+                if column in taken:
+                    raise InputError(f"probes: {name}: its column {column} is one of "
+                                     f"{taken[column]}: take another name")
+                taken[column] = f"the probe {name}"
+        self.row = probed(kinds, self.energies.counts)
         self.description = {name: probe.told for name, probe in self._probes.items()}
         self.joints = any(probe.kind == "joint" for probe in self._probes.values())
         self._columns = []

@@ -90,6 +90,11 @@ class Scheme:
         """Whether energy is conserved, as far as the scheme can."""
         return self.name != "newmark" and self.rho_inf == 1.0
 
+    @property
+    def takes_joints(self):
+        """Whether bodies, and joints with multipliers, may take part."""
+        return self.exact or not self.uses_accelerations
+
     @cached_property
     def uses_accelerations(self):
         """Whether a step depends on U_ddot at its start."""

@@ -108,6 +108,9 @@ def check_run(model, settings, probes):
             raise InputError(f"sections[{number}]: its mass is centred {section.laminate.arm:g} m "
                              "above the nodes, the scheme exact takes mass that is centred on "
                              "them: take quasi")
+    if _joined(model) and not settings.scheme.takes_joints:
+        raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
+                         "scheme exact, or quasi with rho_inf = 1")
     probes = Probes(model, probes or {})
     _check_memory(model, settings, probes.row)
     _check_moved(model, settings)
@@ -124,10 +127,9 @@ def _start(model, start):
     return found
 
 
-def _in_charts(model, scheme):
-    """The kind of system of a scheme that is not exact."""
-    joined = model.linked or model.bodies
-    return MovingSystem if joined and not scheme.uses_accelerations else System
+def _joined(model):
+    """Whether a model has joints with multipliers, as bodies have."""
+    return bool(model.linked or model.bodies)
 
 
 def _dividing(stepper, settings, model):
@@ -140,9 +142,11 @@ def _dividing(stepper, settings, model):
 def _simulate(model, settings, output, overwrite, resume, progress, case, probes, start,
               threads):
     scheme = settings.scheme
-    system = (ExactSystem(model, settings.solver, threads=threads) if scheme.exact
-              else _in_charts(model, scheme)(model, settings.solver, scheme.axes == "nodal",
-                                             threads=threads))
+    if scheme.exact:
+        system = ExactSystem(model, settings.solver, threads=threads)
+    else:
+        in_charts = MovingSystem if _joined(model) else System
+        system = in_charts(model, settings.solver, scheme.axes == "nodal", threads=threads)
     stepper = Stepper(system, scheme, settings.newton, probes.joints)
     run = _Run(system, settings, probes, start)
     stepper.start(run.state)

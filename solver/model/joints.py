@@ -149,8 +149,9 @@ class Hinge(Turning):
     """Two straight edges that move together, while the plates fold about them.
 
     The angle is that by which the plate of ``others`` has turned against the plate of ``nodes``,
-    right-handed about the axis from the first of ``nodes`` to the last [rad]; its moment, see
-    ``Turning``, is shared by the nodes in proportion to the length of the edge that is theirs.
+    right-handed about the axis from the first of ``nodes`` to the last [rad]; its moment, of the
+    attributes of ``corovec.solver.model.joints.Turning``, is shared by the nodes in proportion to
+    the length of the edge that is theirs.
 
     Attributes:
         nodes: of the one plate, along the edge.

@@ -104,7 +104,7 @@ class Revolute(_Axial, Turning):
     At a smooth node of a shell the axis must be its normal; as a shell does not know turns about
     that, such a joint has no angle.  Between bodies, and of a body on the ground, the angle is that
     by which ``other`` has turned against ``one``, right-handed about the axis [rad].  Its moment is
-    that of ``Turning``; or it is driven.
+    that of ``corovec.solver.model.joints.Turning``, by its attributes; or it is driven.
 
     Attributes:
         angle: that the joint is driven by [rad]; None where it is free.

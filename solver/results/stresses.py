@@ -223,9 +223,13 @@ def configuration(name, model, given):
     if off.max() > 1e-9:
         raise InputError(f"{name}.directors[{off.argmax()}] is no unit vector")
     hinges, places = given.hinges, places_of(model.joints)
-    if hinges is not None and not (places or np.size(hinges)):
+    if not places:
         hinges = None
     if hinges is not None:
+        if np.ndim(hinges) == 2 and len(hinges) != places:
+            raise InputError(f"{name}.hinges: angles at {len(hinges)} places of joints, the model "
+                             f"has {places}; of a state of other joints give none: "
+                             f"Configuration({name}.displacement, {name}.directors)")
         hinges = floats(f"{name}.hinges", hinges, (places, 2))
     return Configuration(u, p, False, v, w, hinges)
 

@@ -64,7 +64,8 @@ def solve_linear(model: Model, solver="skyline"):
     joints = system.joints(equilibrium.state, equilibrium.place)
     reactions = equilibrium.reactions(1.0)
     return LinearResult(displacement, change[model.directors.first[:-1]], change, reactions.forces,
-                        reactions.moments, equilibrium.balance(1.0, reactions)[1],
+                        reactions.moments, reactions.force, reactions.moment,
+                        equilibrium.balance(1.0, reactions)[1],
                         joints[:, :3], joints[:, 3], joints[:, 4:])
 
 

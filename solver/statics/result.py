@@ -27,6 +27,8 @@ class LinearResult:
         change_of_directors: (n_directors, 3), of all.
         reactions: (n_nodes, 3) forces of the supports [N].
         reaction_moments: (n_nodes, 3) moments of the supports about the nodes [N m].
+        reaction: (3,) resultant force of supports and joints to the ground [N].
+        reaction_moment: (3,) their moment about the origin [N m].
         balance: ``Balance`` of loads and reactions in their initial places.
         joint_forces: (n_joints, 3) as of ``StaticResult``.
         joint_moments: (n_joints,) the same.
@@ -38,6 +40,8 @@ class LinearResult:
     change_of_directors: np.ndarray
     reactions: np.ndarray
     reaction_moments: np.ndarray
+    reaction: np.ndarray
+    reaction_moment: np.ndarray
     balance: Balance
     joint_forces: np.ndarray
     joint_moments: np.ndarray
@@ -68,7 +72,8 @@ class StaticResult:
         directors: (n, n_directors, 3) all normals.
         reactions: (n, n_nodes, 3) forces of the supports [N].
         reaction_moments: (n, n_nodes, 3) moments of the supports about the nodes [N m].
-        reaction_moment: (n, 3) resultant moment of the supports about the origin [N m].
+        reaction: (n, 3) resultant force of supports and joints to the ground [N].
+        reaction_moment: (n, 3) their moment about the origin [N m].
         load: (n, 3) resultant of the loads [N].
         load_moment: (n, 3) its moment about the origin [N m].
         balances: (n, 2) what is left of the sums of loads and reactions, of forces and of moments,
@@ -101,6 +106,7 @@ class StaticResult:
     directors: np.ndarray
     reactions: np.ndarray
     reaction_moments: np.ndarray
+    reaction: np.ndarray
     reaction_moment: np.ndarray
     load: np.ndarray
     load_moment: np.ndarray
@@ -141,7 +147,7 @@ class StaticResult:
         reactions of the nodes are left out."""
         return table({"factor": self.factors, "strain_energy": self.strain_energy,
                       "load": self.load, "load_moment": self.load_moment,
-                      "reaction": self.reactions.sum(axis=1),
+                      "reaction": self.reaction,
                       "reaction_moment": self.reaction_moment,
                       "force_balance": self.balances[:, 0],
                       "moment_balance": self.balances[:, 1], "iterations": self.iterations,
@@ -200,7 +206,8 @@ class Rows:
             np.array([nodal[name] for nodal in self._nodal[first:]]) for name in NODAL)
         left = np.stack([history["force_balance"], history["moment_balance"]], axis=1)
         return (history["factor"], displacement, normals, history["strain_energy"], directors,
-                reactions, moments, history["reaction_moment"], history["load"],
+                reactions, moments, history["reaction"], history["reaction_moment"],
+                history["load"],
                 history["load_moment"], left, history["iterations"], history["steps"],
                 history["negative_pivots"], *self._of_joints(history))
 

@@ -117,10 +117,7 @@ class Driven:
         """Velocities of the driven unknowns at a ``time`` [s], by differences over a small part of
         ``dt`` [s]; ``at(time)`` gives ``value``."""
         if self.moving:
-            h = INSTANT * dt
-            weights = {-1: -1.0, 1: 1.0} if time > h else {0: -3.0, 1: 4.0, 2: -1.0}
-            rates = sum(weight * self.increment(state, at(time + k * h))
-                        for k, weight in weights.items()) / (2.0 * h)
+            rates = slope(lambda t: self.increment(state, at(t)), time, INSTANT * dt)
             state.velocity[:] = self._coordinates.free(state.velocity) + rates
 
     def check(self, state, value):
@@ -150,6 +147,13 @@ class Driven:
     @staticmethod
     def _turn(drive, value):
         return Rotation.from_rotvec(value(drive.turning) * np.array(drive.rotation))
+
+
+def slope(of, time, h):
+    """Derivative of ``of(time)`` by a central difference over h, at t = 0 one towards later times
+    of the same order."""
+    weights = {-1: -1.0, 1: 1.0} if time > h else {0: -3.0, 1: 4.0, 2: -1.0}
+    return sum(weight * of(time + k * h) for k, weight in weights.items()) / (2.0 * h)
 
 
 def _arc(p, goal):

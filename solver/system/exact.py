@@ -26,7 +26,7 @@ class ExactSystem(System):
     to one node.
     """
 
-    exact = takes_joints = True
+    exact = True
     kind_of_bodies = Bodies
 
     def _make_coordinates(self, follow):

@@ -159,7 +159,7 @@ class Hinges:
         self.cells = np.array(cells, dtype=np.int64).reshape(-1, 2)
         self._edges = np.array(edges, dtype=np.int64).reshape(-1, 2)
         self._directors = model.directors.first[self.cells]
-        self._constants = turnings.constants[:n]
+        self._constants, self._n_nodes = turnings.constants[:n], len(model.nodes)
         self._on_rotations, self._found = np.zeros((n, 6)), np.zeros(n)
         self._add_forces = Call(hinges.add_hinge_forces)
         self._add_stiffness = Call(hinges.add_hinge_stiffness)
@@ -244,6 +244,17 @@ class Hinges:
         """(n,) that turn the hinges on, motors among them, of the forces that were added last
         [N m]."""
         return self._on_rotations[:, 5]
+
+    def torques(self, p, A1):
+        """(n_nodes, 3) of these moments on the nodes of the plates [N m], with the normals and
+        their derivatives in the iterate whose forces were added last."""
+        found = np.zeros((self._n_nodes, 3))
+        for side, on in enumerate((slice(0, 2), slice(2, 4))):
+            d = self._directors[:, side]
+            A, g = A1[d, :, :2], self.moments[:, None] * self._on_rotations[:, on]
+            f = np.einsum("nij,njk,nk->ni", A, np.linalg.inv(A.transpose(0, 2, 1) @ A), g)
+            np.add.at(found, self.cells[:, side], np.cross(p[d], f))
+        return found
 
     def _measured(self, state, p):
         """Angles (n,) of normals, in (-pi, pi]."""

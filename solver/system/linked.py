@@ -17,6 +17,9 @@ DEPENDENT = 1e-9
 """Smallest eigenvalue of the constraints' scaled matrix ``G M^-1 G^T`` below which they depend on
 each other."""
 
+MOST_NAMED = 4
+"""Nodes of supports that a message names."""
+
 CLOSED = 1e-7
 """Part of the size of its vectors by which a constraint may be off before the last correction,
 which squares it."""
@@ -52,7 +55,8 @@ class Linked:
         self._pairs = np.array(rows.pairs + rows.measures(), dtype=np.int64).reshape(-1, 2)
         self._terms = rows.terms()
         self._nodes = np.unique(self._terms.node)
-        self._n_rot, start = numbering.n_rot, numbering.start
+        self._n_rot, self._first_dof = numbering.n_rot, numbering.start
+        self._fixed, start = system.coordinates.fixed, numbering.start
         sizes = 3 + self._n_rot[self._nodes]
         self._local = np.full(len(model.nodes), -1)
         self._local[self._nodes] = np.cumsum(sizes) - sizes
@@ -122,10 +126,20 @@ class Linked:
         sizes, modes = np.linalg.eigh(scale[:, None] * S * scale)
         if len(sizes) and sizes[0] < DEPENDENT:
             count = int(np.sum(sizes < DEPENDENT))
-            shares = np.abs(modes[:, :count]).max(axis=1)
-            involved = sorted({names[k] for k in self.owners[:self._hard][shares > 0.1]})
+            rows = np.flatnonzero(np.abs(modes[:, :count]).max(axis=1) > 0.1)
+            involved = [*sorted({names[k] for k in self.owners[rows]}), *self._supports_of(rows)]
             raise InputError(f"{', '.join(involved)}: {count} of their constraints follow from the "
-                             "others: leave out a joint, or take one that holds less")
+                             "others: leave out one, or take one that holds less")
+
+    def _supports_of(self, rows):
+        """The supports of nodes that some rows depend on, in words."""
+        spans = self._links.spans
+        nodes = {int(i) for k in rows for i in spans.node[spans.first[k]:spans.first[k + 1]]}
+        begin, fixed = self._first_dof, self._fixed
+        nodes = sorted(i for i in nodes if fixed[begin[i]:begin[i] + 3 + self._n_rot[i]].any())
+        if nodes:
+            yield f"the support{'s' * (len(nodes) > 1)} of node{'s' * (len(nodes) > 1)} " + (
+                ", ".join(map(str, nodes[:MOST_NAMED])) + ", ..." * (len(nodes) > MOST_NAMED))
 
     def _names(self):
         """Of joints, then of bodies."""

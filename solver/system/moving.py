@@ -8,8 +8,6 @@ from .system import System
 class MovingSystem(System):
     """As ``System``, with ``QuasiLinks`` where there are joints."""
 
-    takes_joints = True
-
     def __init__(self, model, solver="auto", follow=True, threads=1):
         super().__init__(model, solver, follow, threads=threads)
         self.linked = QuasiLinks(self)

@@ -128,7 +128,7 @@ class Supported:
             inner: (n, 3) ``p_d x f_d`` of the normals ``directors`` [N m].
             p: (n_directors, 3) normals there.
             x: (n_nodes, 3) positions there [m].
-            moments: (n_nodes, 3) applied ones about fixed axes [N m].
+            moments: (n_nodes, 3) applied ones, of loads and of hinges [N m].
         """
         forces = (residual.balance - residual.unmasked)[self._dofs]
         forces[self.joined] -= self.of_joints(residual)

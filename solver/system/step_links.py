@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..kernels import hinges, multipliers
 from ..kernels.arguments import DONE, link_work
 from ..kernels.calls import Call
-from .driven import INSTANT
+from .driven import INSTANT, slope
 from .failure import NotConverged
 from .linked import Linked
 
@@ -77,16 +77,16 @@ class StepLinks(Linked):
         """Numbers of the joints that are driven."""
         return self.owners[self._of_drives]
 
-    def driven(self, begin, end, dt):
-        """``Rates`` of drives in a step of length dt [s]; ``begin(part)`` and ``end(part)`` give
-        ``value(history)`` a ``part`` of dt after its start and its end."""
-        def angles(value):
+    def driven(self, at, start, end):
+        """``Rates`` of drives in a step from ``start`` to ``end`` [s]; ``at(time)`` gives
+        ``value(history)``."""
+        def angles(time):
+            value = at(time)
             return np.array([joint.angle * value(joint.driving) for joint in self._driven])
 
-        def rates(at):
-            return (angles(at(INSTANT)) - angles(at(-INSTANT))) / (2.0 * INSTANT * dt)
-
-        return Rates(angles(begin(0.0)), angles(end(0.0)), rates(begin), rates(end))
+        h = INSTANT * abs(end - start)
+        return Rates(angles(start), angles(end), *(slope(angles, time, h)
+                                                   for time in (start, end)))
 
     def check_rates(self, state, start, driven):
         """Raise ``InputError`` for initial velocities that constraints do not allow, and for drives
@@ -102,16 +102,22 @@ class StepLinks(Linked):
         rates, sizes = self._G_0 @ state.velocity[self.dofs], np.abs(self._G_0) @ speeds
         fastest = np.where(self._moves, speeds[self._moves].max(initial=0.0),
                            speeds[~self._moves].max(initial=0.0))
+        turning = rates[self._m:].copy()
         rates[self._m:] -= driven.before
         sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
         missed = np.abs(rates) - RATES * sizes - ROUNDED * (np.abs(self._G_0) @ fastest)
-        # what a central difference over ``INSTANT`` misses of a rate that begins with t^2
+        # what a difference over ``INSTANT`` misses of a rate that begins with t^2
         missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
         k = int(np.argmax(missed))
         if missed[k] > 0.0:
-            raise InputError(f"{self._names()[self.owners[k]]}: the initial velocities of what it "
-                             "joins do not fit together, or to its drive (rigid_velocity gives "
-                             "those of a rigid motion)")
+            name, drive = self._names()[self.owners[k]], k - self._m
+            if drive >= 0:
+                raise InputError(f"{name}: its drive begins at {driven.before[drive]:g} rad/s, the "
+                                 f"initial velocities turn it at {turning[drive]:g} rad/s: let it "
+                                 "begin from rest, or give what it joins that spin "
+                                 "(rigid_velocity)")
+            raise InputError(f"{name}: the initial velocities of what it joins do not fit together "
+                             "(rigid_velocity gives those of a rigid motion)")
 
     def _miss_angles(self, state, step, driven, slacks, motors):
         """By how much the angles of drives, and moments, are missed."""

@@ -30,8 +30,6 @@ class StillSystem(System):
         second: (n_dof, n_dof) sparse, what the second derivatives of joints add to the matrix.
     """
 
-    takes_joints = True
-
     def __init__(self, model, solver="auto", full_tangent=False, geometric=True):
         """``geometric``: whether moments of hinges are in the tangent, as stresses are."""
         self._geometric, self._ahead = geometric, 0.0

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..errors import InputError
 from ..kernels import assembly, observation
 from ..kernels.arguments import (
     DONE,
@@ -69,7 +68,7 @@ class System:
         factorizations: how many there have been, by which a kept one is known.
     """
 
-    exact = takes_joints = False
+    exact = False
     kind_of_bodies = TurningBodies
 
     def __init__(self, model, solver="auto", follow=True, full_tangent=False, threads=1):
@@ -80,9 +79,6 @@ class System:
         self._turning, self.turnings = springs.TurningSprings(model), Turnings(model)
         self.hinges = Hinges(model, self.turnings)
         self.bodies, self.linked = self.kind_of_bodies(model), None
-        if not self.takes_joints and (model.bodies or model.linked):
-            raise InputError("rigid bodies, and joints but for hinges and spherical ones, need the "
-                             "scheme exact, or quasi with rho_inf = 1, or statics")
         n_rot = np.where(np.diff(model.directors.first) == 1, 2, 3)
         folding = [item for item in (self.hinges, self.bodies) if item]
         cells = [item.cells for item in (*self._items, *self._springs, *folding)]
@@ -172,9 +168,7 @@ class System:
         left out."""
         if end is None:
             return self.loads_by(at_time(time))
-        driven = self.linked and self.linked.driven(
-            *(lambda part, t=t: at_time(t + part * (end - start)) for t in (start, end)),
-            end - start)
+        driven = self.linked and self.linked.driven(at_time, start, end)
         return self.loads_by(at_time(time), at_time(end), driven)
 
     def loads_by(self, value, at_end=None, driven=None):
@@ -340,9 +334,11 @@ class System:
         shell that is held, are among them."""
         work = self.nodal
         x = state.x + (1.0 - step.alpha_f) * work.dx
+        moments = loads.dead.moments
+        if self.hinges and len(self._supported.held):
+            moments = moments + self.hinges.torques(work.p_mid, work.A1)
         found = self._supported.reactions(
-            self.residual, self._moments_on_normals(place, averaged), work.p_mid, x,
-            loads.dead.moments)
+            self.residual, self._moments_on_normals(place, averaged), work.p_mid, x, moments)
         if self.linked:
             found = self._with_joints(found, x)
         if not self._inner:
