@@ -74,8 +74,8 @@ class Plan:
         drawn: the one of the figure [s].
         frame: time between two frames, a multiple of all steps [s].
         path: time until which paths are compared [s], 0 for not at all.
-        reference: time step of quasi, small, with whose path [s].
-        order: of it in time.
+        reference: small time step, with whose path [s].
+        by: name of the scheme of that.
         schemes: names of ``SCHEMES``.
     """
 
@@ -86,7 +86,7 @@ class Plan:
     frame: float
     path: float = 0.0
     reference: float = 0.0
-    order: int = 2
+    by: str = "quasi"
     schemes: tuple = SECOND_ORDER
 
 
@@ -121,7 +121,7 @@ class ConservationStudy:
     def reference(self):
         """``Run`` with whose path the others are compared; None without."""
         plan = self.plan
-        return self._run(plan.reference, plan.path, Scheme(order=plan.order)) if plan.path else None
+        return self._run(plan.reference, plan.path, SCHEMES[plan.by]) if plan.path else None
 
     def tried(self, scheme, outcomes):
         """Time steps of a scheme, rising, until the first that it does not hold, or from the second

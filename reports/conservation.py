@@ -117,8 +117,8 @@ def flights(study):
                   "rise of the energy", "steps halved", "error of the path"), rows,
                  ["Until: of a flight that failed, its last frame.  Rise: above what the "
                   "energy was at any time before.  CPU seconds are of this machine.  Error of "
-                  "the path: the largest distance of a node from where a small step of quasi has "
-                  "it, relative to the largest displacement."])
+                  "the path: the largest distance of a node from where small steps have it (of "
+                  "quasi; of the L-plate of fourth order), relative to the largest displacement."])
 
 
 @styled
