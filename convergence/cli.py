@@ -20,7 +20,7 @@ from corovec.solver.names import printable
                    "[cluster], and the same corovec on its workers (--nthreads 1).")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
-@click.option("--output", type=click.Path(file_okay=False), default="results/convergence",
+@click.option("-o", "--output", type=click.Path(file_okay=False), default="results/convergence",
               show_default=True, help="Folder of the tables (CASE/SIZE) and of the finished runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as one JSON object.")
 def converge(cases, size, jobs, scheduler, membrane, output, as_json):
@@ -77,7 +77,7 @@ def converge(cases, size, jobs, scheduler, membrane, output, as_json):
 @click.option("--size", default="quick", show_default=True,
               help="quick (seconds of flight) or full (the paper's simulated time: hours).")
 @click.option("--jobs", type=int, help="Worker processes.  Default: one a usable core.")
-@click.option("--output", type=click.Path(file_okay=False), default="results/conservation",
+@click.option("-o", "--output", type=click.Path(file_okay=False), default="results/conservation",
               show_default=True, help="Folder of the tables (SIZE) and of the finished runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print the tables as one JSON object.")
 def conserve(cases, size, jobs, output, as_json):
@@ -124,7 +124,8 @@ def conserve(cases, size, jobs, output, as_json):
 @click.command("claims")
 @click.argument("case")
 @click.argument("files", metavar="[FILE]...", nargs=-1, type=click.Path(dir_okay=False))
-@click.option("--output", type=click.Path(dir_okay=False), help="File of the verdicts (JSON).")
+@click.option("-o", "--output", type=click.Path(dir_okay=False),
+              help="File of the verdicts (JSON).")
 @click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as one JSON object.")
 def claim(case, files, output, overwrite, as_json):
@@ -166,7 +167,7 @@ def claim(case, files, output, overwrite, as_json):
 @click.option("--elements", type=int, required=True,
               help="The mesh, by its number of elements, whose printed energy is the target.")
 @click.option("--dt", type=float, help="Time step [s]. Default: 1/200 of the loading time.")
-@click.option("--output", type=click.Path(dir_okay=False),
+@click.option("-o", "--output", type=click.Path(dir_okay=False),
               help="Model file to write.  Default: CASE-calibrated.toml.")
 @click.option("--overwrite", is_flag=True, help="Replace the model file if it exists.")
 def calibrate(case, elements, dt, output, overwrite):

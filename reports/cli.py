@@ -20,8 +20,8 @@ COLOR = click.option("--color", default="strain_energy_density", show_default=Tr
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True,
                 type=click.Path(dir_okay=False))
-@click.option("--output", type=click.Path(file_okay=False), default="figures", show_default=True,
-              help="Folder of the figures and their data, made if needed.")
+@click.option("-o", "--output", type=click.Path(file_okay=False), default="figures",
+              show_default=True, help="Folder of the figures and their data, made if needed.")
 @click.option("--format", "formats", multiple=True, default=("svg",), show_default=True,
               help="svg, pdf or png; may be given several times.")
 @click.option("--at", nargs=3, type=float, multiple=True, metavar="X Y Z",
@@ -70,7 +70,7 @@ def plot(files, output, formats, at, interval, color, scale, view, overwrite):
 @click.command()
 @click.argument("model")
 @click.option("--elements", type=int, help="Mesh, by its number of elements.")
-@click.option("--output", type=click.Path(dir_okay=False),
+@click.option("-o", "--output", type=click.Path(dir_okay=False),
               help="The picture, a .svg, .png or .pdf.  Default: NAME-check.png.")
 @VIEW
 @click.option("--overwrite", is_flag=True, help="Replace the picture if it exists.")
@@ -135,7 +135,7 @@ def _shapes(command):
     for option in reversed((
             click.argument("model"),
             click.option("--elements", type=int, help="Mesh, by its number of elements."),
-            click.option("--output", type=click.Path(dir_okay=False),
+            click.option("-o", "--output", type=click.Path(dir_okay=False),
                          help="The shapes for ParaView, a .vtu file."),
             click.option("--plot", "picture", type=click.Path(dir_okay=False),
                          help="Their picture, a .svg, .png or .pdf, with its data as CSV."),
@@ -201,7 +201,7 @@ def buckling(model, elements, number, output, picture, film, overwrite, **how):
 @click.option("--size", default="quick", show_default=True,
               help="quick (minutes) or full (all meshes, the paper's simulated times: hours).")
 @click.option("--jobs", type=int, help="Parts at a time.  Default: one a usable core.")
-@click.option("--output", type=click.Path(file_okay=False), default="results/reproduce",
+@click.option("-o", "--output", type=click.Path(file_okay=False), default="results/reproduce",
               show_default=True, help="Folder of all results; the page is SIZE/page/index.html.")
 @click.option("--list", "list_only", is_flag=True, help="Show the parts and how they ended.")
 @click.option("--page-only", is_flag=True, help="Run nothing; make the page of what is there.")

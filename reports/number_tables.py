@@ -63,9 +63,9 @@ def motion(snapshot):
 def schemes(snapshot):
     """The largest step that each scheme holds, what it keeps there, and its cost beside quasi's."""
     part, rows = snapshot["conservation"], []
-    quasi = {row["case"]: row["cpu_per_second"] for row in part["schemes"]
-             if row["scheme"] == "quasi"}
-    for row in part["schemes"]:
+    found = _rows_of(part, "schemes", lambda row: CASES.index(row["case"]))
+    quasi = {row["case"]: row["cpu_per_second"] for row in found if row["scheme"] == "quasi"}
+    for row in found:
         seconds, unit = row["cpu_per_second"], quasi.get(row["case"])
         rows.append((
             f"{row['case']}, {SCHEMES[row['scheme']]}",
@@ -76,13 +76,14 @@ def schemes(snapshot):
             number(seconds / unit if seconds and unit else None, ".2f")))
     return _table("case, scheme | largest step held [s] | of the paper's | E drift | L drift "
                   "| J drift | iterations a step | CPU time, quasi = 1", rows,
-                  f"Measured at {_commit(part)}.")
+                  _of_runs(part, "schemes", "case"))
 
 
 def paths(snapshot):
     """Errors of the path at the same steps, scheme by scheme."""
     part, rows = snapshot["conservation"], []
-    flights = [row for row in part["flights"] if row["path_error"] is not None]
+    flights = [row for row in _rows_of(part, "flights", lambda row: CASES.index(row["case"]))
+               if row["path_error"] is not None]
     flown = {row["scheme"] for row in flights}
     compared = {name: title for name, title in SCHEMES.items() if name in flown}
     for case, dt in dict.fromkeys((row["case"], row["dt"]) for row in flights):
@@ -90,7 +91,7 @@ def paths(snapshot):
               if (row["case"], row["dt"]) == (case, dt)}
         rows.append((f"{case}, {dt:g}", *(number(of.get(name), ".1e") for name in compared)))
     return _table(f"case, dt [s] | {' | '.join(compared.values())}", rows,
-                  f"Measured at {_commit(part)}.")
+                  _of_runs(part, "flights", "case"))
 
 
 def times(snapshot):
@@ -139,6 +140,18 @@ def exponents(snapshot):
                   rows, _measured(table))
 
 
+def shapes(snapshot):
+    """Steps of models that are no benchmarks, by their unknowns."""
+    table = snapshot["timing"]["growth"]
+    rows = [(f"{row['case']}, {row['unknowns']}", row["solver"],
+             *(_three(row[name]) for name in ("first_step", "step")),
+             number(row["iterations_per_step"], ".1f"),
+             *(_three(row[name]) for name in ("solve", "assembly", "factorization")),
+             number(row["peak_memory"], ".0f")) for row in table["shapes"]]
+    return _table("shape, unknowns | solver | first step | step | iterations | solution | forces "
+                  "and matrix | factorization | MB", rows, _measured(table))
+
+
 def targets(snapshot):
     """What must be reached, beside what is."""
     table = snapshot["timing"]["targets"]
@@ -151,27 +164,25 @@ def targets(snapshot):
 
 def peers(snapshot):
     """CPU ms a step and energy drift, or where a run ended, by mesh, time step and program."""
-    table = snapshot["peers"]
-    keys = dict.fromkeys((row["elements"], row["dt"], row["end_time"]) for row in table["rows"])
+    found = _rows_of(snapshot["peers"], "rows", lambda row: (row["elements"], row["dt"]))
+    keys = dict.fromkeys((row["elements"], row["dt"], row["end_time"]) for row in found)
     rows = []
     for elements, dt, end in keys:
-        of = {row["program"]: row for row in table["rows"]
+        of = {row["program"]: row for row in found
               if (row["elements"], row["dt"], row["end_time"]) == (elements, dt, end)}
         rows.append((f"{elements}, {dt:g}, {end:g}", *(_peer(of.get(name)) for name in PROGRAMS)))
     versions = dict.fromkeys(f"{row['program'].split()[0]} {row['version']}"
-                             for row in table["rows"] if row["version"])
-    faster = [f"{row['elements']} elements, dt = {row['dt']:g}: production {row['factor']:.2g} "
-              f"times faster than {row['fastest']}." for row in table["speedups"]]
+                             for row in found if row["version"])
     return _table(f"elements, dt, until [s] | {' | '.join(PROGRAMS)}", rows,
-                  " ".join([*faster, ", ".join(versions) + ".", _measured(table)]))
+                  f"{', '.join(versions)}. {_of_runs(snapshot['peers'], 'rows', 'elements')}")
 
 
 def peer_ratios(snapshot):
     """How many times faster than the fastest other code, against the size of the mesh."""
-    table = snapshot["peers"]
+    found = _rows_of(snapshot["peers"], "speedups", lambda row: (row["elements"], row["dt"]))
     return _table("elements, dt | fastest other code | its CPU time over that of production", [
         (f"{row['elements']}, {row['dt']:g}", row["fastest"], f"{row['factor']:.2g}")
-        for row in table["speedups"]], _measured(table))
+        for row in found], _of_runs(snapshot["peers"], "speedups", "elements"))
 
 
 def command(entry):
@@ -222,6 +233,21 @@ def _all_measured(parts):
     if len(names) == 1:
         return f"{next(iter(names))}."
     return "; ".join(f"{text} ({', '.join(cases)})" for text, cases in names.items()) + "."
+
+
+def _rows_of(part, table, key):
+    """Rows of a table of all runs of a part, in the order of a key."""
+    return sorted((row for run in part["runs"] for row in run[table]), key=key)
+
+
+def _of_runs(part, table, column):
+    """Where and when the runs of a part were measured, with the values of a column of each."""
+    found = []
+    for run in part["runs"]:
+        own = dict.fromkeys(str(row[column]) for row in run[table])
+        if own:
+            found.append(f"{_commit(run)}, {run['machine']} ({', '.join(own)})")
+    return f"Measured at {'; '.join(found)}."
 
 
 def _measured(part):

@@ -15,6 +15,7 @@ import re
 from pathlib import Path
 
 from corovec.solver.errors import InputError
+from corovec.timing.shapes import SHAPES
 
 from . import number_tables
 from .number_tables import CASES, DRIFTS
@@ -27,7 +28,10 @@ COMMAND = "corovec numbers FOLDER"
 MARKED = re.compile(r"(<!-- number: ([^>]*?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 TABLES = {name: getattr(number_tables, name) for name in (
     "energies", "dissipation", "motion", "schemes", "paths", "times", "ratios", "iterations",
-    "exponents", "targets", "peers", "peer_ratios")}
+    "exponents", "shapes", "targets", "peers", "peer_ratios")}
+RUNS = {"conservation": ("case",), "peers": ("elements", "dt")}
+"""Parts of the snapshot whose rows are of several runs, and what is measured anew together."""
+
 TIMINGS = ("table-2", "table-4", "table-6", "table-8", "iterations", "growth", "targets")
 
 COLUMNS = {
@@ -45,6 +49,8 @@ COLUMNS = {
     "iterations": ("dt", "matrix", "iterations", "iterations_converged"),
     "exponents": ("case", "method", "solvers", "assembly", "factorization", "solve", "step",
                   "memory_bytes"),
+    "shapes": ("case", "unknowns", "solver", "first_step", "step", "iterations_per_step", "solve",
+               "assembly", "factorization", "peak_memory"),
     "targets": ("name", "unit", "target", "goal", "value", "met"),
     "rows": ("program", "version", "elements", "dt", "end_time", "cpu_ms_per_step", "survived",
              "reached", "energy_drift"),
@@ -70,7 +76,11 @@ def update(folder=None):
                              f"{type(error).__name__} {error}") from None
         if not any(found.values()):
             raise InputError(f"{folder} holds no study.json, timing.json or peers.json")
-        snapshot = {kind: {**snapshot[kind], **found.get(kind, {})} for kind in snapshot}
+        for kind, parts in found.items():
+            runs = snapshot[kind].get("runs", []), parts.get("runs", [])
+            snapshot[kind].update(parts)
+            if kind in RUNS:
+                snapshot[kind] = {"runs": _joined(*runs, RUNS[kind])}
     try:
         written = {page: render(page.read_text(encoding="utf-8"), snapshot) for page in pages(ROOT)}
     except (LookupError, TypeError, ValueError) as error:
@@ -99,12 +109,25 @@ def collect(folder):
                             if path.exists()},
             "timing": {name: _timing(_read(path)) for name, path in timings.items()
                        if path.exists()},
-            "conservation": {} if conserved is None else {
+            "conservation": {} if conserved is None else {"runs": [{
                 **_origin(conserved["origin"]), "schemes": _rows(conserved, "schemes"),
-                "flights": _rows(conserved, "flights")},
-            "peers": {} if peers is None else {
+                "flights": _rows(conserved, "flights")}]},
+            "peers": {} if peers is None else {"runs": [{
                 **_origin(peers), "rows": _rows(peers, "rows"),
-                "speedups": _rows(peers, "speedups")}}
+                "speedups": _rows(peers, "speedups")}]}}
+
+
+def _joined(old, new, keys):
+    """Runs of which each has rows of its own ``keys``: ``old`` ones, but for what is ``new``."""
+    again = {tuple(row[key] for key in keys) for run in new for rows in _tables(run).values()
+             for row in rows}
+    kept = [{**run, **{name: [row for row in rows if tuple(row[key] for key in keys) not in again]
+                       for name, rows in _tables(run).items()}} for run in old]
+    return [run for run in kept if any(_tables(run).values())] + new
+
+
+def _tables(run):
+    return {name: rows for name, rows in run.items() if isinstance(rows, list)}
 
 
 def render(text, snapshot):
@@ -152,9 +175,14 @@ def _study(study):
 
 
 def _timing(timing):
-    """What is kept of a timing: its tables that ``COLUMNS`` knows, by the end of their name."""
-    tables = {name.rsplit("-", 1)[-1]: _rows(timing["tables"], name) for name in timing["tables"]
+    """What is kept of a timing: its tables that ``COLUMNS`` knows, by the end of their name, and of
+    the growth study the models that are no benchmarks."""
+    found = timing["tables"]
+    tables = {name.rsplit("-", 1)[-1]: _rows(found, name) for name in found
               if name.rsplit("-", 1)[-1] in COLUMNS and name != "growth"}
+    if "growth" in found:
+        shapes = [row for row in found["growth"] if row["case"] in SHAPES and "step" in row]
+        tables["shapes"] = _rows({"shapes": shapes}, "shapes")
     return {**_origin(timing), **tables}
 
 

@@ -139,6 +139,7 @@ def test_a_reproduction_changes_the_markdown(tmp_path, monkeypatch):
     speed = (tmp_path / "docs" / "speed.md").read_text(encoding="utf-8")
     assert "| 30, 0.01, 1 | – | – | 7.25, 2e-3 | – | – | – |" in speed
     assert "| l-plate, production (skyline) | 1.11 | 1.50 | 1.50 | 1.00 | – |" in speed
+    assert "; commit abcdef0, Abacus (30)." in speed
     assert "246.599, 246.585, 246.581" in text
     again = CliRunner().invoke(numbers, [str(folder)], catch_exceptions=False)
     assert again.output == ""

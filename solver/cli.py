@@ -119,7 +119,8 @@ class _Run(click.Command):
 @click.option("--elements", type=int, help="Mesh, by its number of elements (see corovec list).")
 @click.option("--membrane", default="stress", show_default=True,
               help="Assumed membrane field: stress, strain, or compatible (none).")
-@click.option("--output", type=click.Path(dir_okay=False), help="Result file (HDF5, ParaView).")
+@click.option("-o", "--output", type=click.Path(dir_okay=False),
+              help="Result file (HDF5, ParaView).")
 @click.option("--overwrite", is_flag=True, help="Replace the result file if it exists.")
 @click.option("--resume", is_flag=True, help="Continue the result file from its last checkpoint.")
 @click.option("--threads", type=int, default=1, show_default=True,

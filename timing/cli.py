@@ -14,7 +14,8 @@ from corovec.solver.results.files import writable_folder, writable_path
 @click.argument("names", nargs=-1, metavar="[TABLE]...")
 @click.option("--size", type=click.Choice(["quick", "full"]), default="quick", show_default=True,
               help="Minutes, with large dense matrices extrapolated, or hours.")
-@click.option("--output", type=click.Path(file_okay=False), help="Folder for timing.json and CSVs.")
+@click.option("-o", "--output", type=click.Path(file_okay=False),
+              help="Folder for timing.json and CSVs.")
 @click.option("--overwrite", is_flag=True, help="Replace the results in that folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def time(names, size, output, overwrite, as_json):
@@ -62,7 +63,7 @@ def _folder(path, overwrite):
 @click.option("--elements", type=int, multiple=True, help="Elements of a mesh; may be repeated.")
 @click.option("--dt", type=float, multiple=True, help="Time step [s]; may be repeated.")
 @click.option("--end-time", type=float, help="Simulated time [s].")
-@click.option("--output", type=click.Path(), default="peers.json", show_default=True,
+@click.option("-o", "--output", type=click.Path(), default="peers.json", show_default=True,
               help="JSON of all rows, written after each.")
 @click.option("--overwrite", is_flag=True, help="Replace that file.")
 def peers(size, elements, dt, end_time, output, overwrite):

@@ -16,7 +16,7 @@ from corovec.solver.runtime.execution import complete, processes
 @click.option("--quick", is_flag=True, help="Leave out the slow cases, as the tests do.")
 @click.option("--list", "list_only", is_flag=True, help="Show the cases and what they claim.")
 @click.option("--jobs", type=int, help="Worker processes.  Default: one a usable core.")
-@click.option("--output", type=click.Path(dir_okay=False), default="verification.json",
+@click.option("-o", "--output", type=click.Path(dir_okay=False), default="verification.json",
               show_default=True, help="File of the verdicts (JSON).")
 @click.option("--overwrite", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts instead of a table.")

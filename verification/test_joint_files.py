@@ -335,6 +335,46 @@ def test_a_tie_of_a_mesh_of_a_file(made, tmp_path):
     assert made(tie, shell).model(10).joints == (Tie(tied, line, "seam"),)
 
 
+def test_a_tie_of_blocks(made):
+    """Of their sides, by name; on every refinement.  The sides are places of supports too."""
+    blocks = """[geometry]
+apart = true
+
+[[geometry.blocks]]
+corners = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]
+divisions = [2, 2]
+sides = { rim = 2, root = 4 }
+
+[[geometry.blocks]]
+corners = [[2, 0, 0], [4, 0, 0], [4, 1, 0], [2, 1, 0]]
+divisions = [2, 3]
+sides = { edge = 4 }
+
+[[meshes]]
+elements = 10
+refinement = 1
+
+[[meshes]]
+elements = 40
+refinement = 2
+
+[[supports]]
+nodes = "root"
+fix = "clamped"
+"""
+    tie = '[[joints]]\nkind = "tie"\nname = "seam"\nnodes = "edge"\ncurve = "rim"\n'
+    definition = made(tie, PANELS[:PANELS.index("[[geometry")] + blocks)
+    for n, fine, coarse in ((10, 4, 3), (40, 7, 5)):
+        model = definition.model(n)
+        (joint,) = model.joints
+        for nodes, count in ((joint.nodes, fine), (joint.line, coarse)):
+            assert len(nodes) == count and np.all(model.nodes[list(nodes), 0] == 2.0)
+        assert np.all(model.nodes[list(model.supports[0].nodes), 0] == 0.0)
+    joined = blocks.replace("apart = true\n", "")
+    with pytest.raises(InputError, match="node 2 is on both sides"):
+        made(tie, PANELS[:PANELS.index("[[geometry")] + joined)
+
+
 @pytest.mark.parametrize(("text", "told"), [
     (ROOT.replace('"hub"', '"hob"'), r"joints\[0\]: 'hob' is no body, must be one of: hub, ground"),
     (ROOT.replace('other = "hub"\n', ""), r"joints\[0\]: other: missing, a revolute joint needs"),

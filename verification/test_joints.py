@@ -418,6 +418,14 @@ def cantilever(k, force=1e-6):
                     supports=[Support(clamped, CLAMPED)]), tip[1]
 
 
+def test_a_hinge_that_cannot_turn_is_told():
+    """Its supports hold the normals of both plates, as those of ``nodes_at`` a line do."""
+    model, _ = cantilever(50.0)
+    at = np.flatnonzero(model.nodes[:, 0] <= 1.0)
+    with pytest.warns(UserWarning, match="joint 0: supports hold the normals on both of its sides"):
+        load_control(replace(model, supports=[Support(at, CLAMPED)]), (1.0,))
+
+
 @pytest.mark.parametrize("held", ["plate", "edge"])
 def test_reactions_at_a_plate_of_a_hinge(held):
     """A plate that hangs from one that is held, all of it or its far edge: reactions of normals at

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Literal
 
+import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from ..model.generators import block, corners_of, cylinder, sphere_segment
@@ -31,11 +33,13 @@ class Block(Strict):
         corners: four points round it [m].
         divisions: elements along the sides 1-2 and 2-3; neighbours need the same of a common edge.
         group: a name for its elements.
+        sides: names for the lines along its sides, 1 from its first corner to the second.
     """
 
     corners: tuple[Point, Point, Point, Point]
     divisions: Divisions
     group: Name | None = None
+    sides: dict[Name, Literal[1, 2, 3, 4]] = {}
 
     @field_validator("corners")
     @classmethod
@@ -46,6 +50,11 @@ class Block(Strict):
     def mesh(self, refinement):
         """``Mesh`` of it, ``refinement`` times as fine."""
         made = block(self.corners, tuple(refinement * n for n in self.divisions))
+        lines = {}
+        for name, side in self.sides.items():
+            line = made.line(self.corners[side - 1], self.corners[side % 4])
+            lines[name] = np.stack([line[:-1], line[1:]], axis=1)
+        made = replace(made, lines=lines)
         return made.named(self.group) if self.group else made
 
 
@@ -108,7 +117,8 @@ class Geometry(Strict):
         merge: makes nodes at one place of ``file`` one.
         reduce: takes the corners of elements of second order of ``file``.
         all_quads: divides triangles of ``file`` into three quads and each quad into four.
-        apart: nodes of ``file`` may be at one place, of plates that joints hold together.
+        apart: nodes of ``file``, or of different blocks, may be at one place, of plates that joints
+            hold together.
         blocks: ``Block`` s.
         sphere: ``Sphere``.
         cylinder: ``Cylinder``.
@@ -138,7 +148,8 @@ class Geometry(Strict):
         if self.blocks and self.unit not in ("m", None):
             raise ValueError(f"blocks in '{self.unit}', must be in 'm'")
         for name in ("scale", "merge", "reduce", "all_quads", "apart"):
-            if name in self.model_fields_set and kind != "file":
+            if name in self.model_fields_set and kind != "file" and (name, kind) != (
+                    "apart", "blocks"):
                 raise ValueError(f"{name} is for a mesh of a file, this has {kind}")
         return self
 
@@ -169,7 +180,8 @@ class Geometry(Strict):
             return self._read
         if self.blocks:
             # their normals are the means of the elements', which know where plates meet
-            return replace(join([block.mesh(refinement) for block in self.blocks]), normals=None)
+            meshes = [block.mesh(refinement) for block in self.blocks]
+            return replace(join(meshes, apart=self.apart), normals=None)
         return (self.sphere or self.cylinder).mesh(refinement)
 
     def rows(self):

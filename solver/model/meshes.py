@@ -275,7 +275,7 @@ class Mesh:
 
 
 @checked
-def join(meshes: list[Mesh], tolerance: Positive = None):
+def join(meshes: list[Mesh], tolerance: Positive = None, apart: bool = False):
     """One ``Mesh`` of several, nodes at one place made one, in order of first appearance.
 
     Groups, node sets and lines of one name become one.  Exact normals are kept where all have them.
@@ -284,6 +284,7 @@ def join(meshes: list[Mesh], tolerance: Positive = None):
         meshes: ``Mesh`` es.
         tolerance: largest distance of nodes at one place [m]; by default 1e-9 of the size of the
             elements there.
+        apart: every mesh keeps its own nodes, of plates that joints will hold together.
 
     Raises:
         InputError: no meshes, or something else.
@@ -294,7 +295,9 @@ def join(meshes: list[Mesh], tolerance: Positive = None):
             for name in ("nodes", "quads"))
     nodes = np.concatenate([mesh.nodes for mesh in meshes])
     quads = np.concatenate([mesh.quads + shift for mesh, shift in zip(meshes, n)])
-    kept, rank = coincident(nodes, quads, tolerance)
+    kept = rank = np.arange(len(nodes))
+    if not apart:
+        kept, rank = coincident(nodes, quads, tolerance)
     normals = None
     if all(mesh.normals is not None for mesh in meshes):
         normals = np.concatenate([mesh.normals for mesh in meshes])

@@ -78,7 +78,7 @@ from .loads import (
     Pressure,
     Support,
 )
-from .mechanism import mechanism
+from .mechanism import mechanism, plural
 from .mesh import check_mesh, node_numbers
 from .meshes import Mesh
 from .nonconservative import Drag, FollowerForce, UserForce
@@ -538,9 +538,10 @@ class Model:
 
     def __repr__(self):
         extent = " x ".join(f"{size:.4g}" for size in np.ptp(self.nodes, axis=0))
-        joints = f"{len(self.joints)} joints, " if self.joints else ""
-        return (f"Model({len(self.quads)} elements, {len(self.nodes)} nodes, {len(self.loads)} "
-                f"loads, {len(self.supports)} supports, {joints}{extent} m)")
+        counts = [(self.quads, "element"), (self.nodes, "node"), (self.loads, "load"),
+                  (self.supports, "support"), *([(self.joints, "joint")] if self.joints else [])]
+        told = ", ".join(plural(len(items), what) for items, what in counts)
+        return f"Model({told}, {extent} m)"
 
     @property
     def size(self):

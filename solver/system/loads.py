@@ -13,6 +13,7 @@ from ..errors import InputError, warn
 from ..kernels import centrifugal, couples, pressure
 from ..kernels.arguments import Factors, Loads
 from ..model.histories import CONSTANT
+from ..model.joints import Hinge, names_of
 from ..model.loads import Centrifugal, Gravity, NodalLoad, NodalMoment, Pressure
 from ..model.mesh import boundary
 from ..model.nonconservative import FollowerForce
@@ -229,8 +230,12 @@ def items(model, exact=False):
 
 def check_acting(model):
     """Warn of loads none of which does anything, all going into supports; where others act, some of
-    a line or a surface may."""
+    a line or a surface may.  Warn of hinges that cannot turn."""
     fixed, n = model.fixed, len(model.loads)
+    for name, joint in zip(names_of(model.joints), model.joints):
+        if isinstance(joint, Hinge) and fixed[np.ravel(joint.tied), 3:].all():
+            warn(f"{name}: supports hold the normals on both of its sides, it cannot turn",
+                 UserWarning)
     if n and all(_held(load, fixed) for load in model.loads):
         warn(f"no load does anything: the supports take all of load{'s' * (n > 1)} "
              f"{listed(range(n))}, whose nodes are held in these directions", UserWarning)

@@ -179,7 +179,7 @@ def table(folder):
         corovec.sphere: {"radius": 1.0, "divisions": 3},
         corovec.sphere_segment: {"radius": 1.0, "polar_angles": (30.0, 90.0), "divisions": (9, 2),
                                  "angle": 360.0},
-        corovec.join: {"meshes": [NAMED], "tolerance": 1e-6},
+        corovec.join: {"meshes": [NAMED], "tolerance": 1e-6, "apart": False},
         mesh.node_at: {"nodes": PLATE.nodes, "point": (0.0, 0.0, 0.0)},
         mesh.line_nodes: {"nodes": PLATE.nodes, "quads": PLATE.quads, "start": (0.0, 0.0, 0.0),
                            "end": (2.0, 0.0, 0.0)},
