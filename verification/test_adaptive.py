@@ -5,9 +5,12 @@ import pytest
 
 from corovec import (
     Drive,
+    Expression,
     Harmonic,
     InputError,
     NodalLoad,
+    Revolute,
+    RigidBody,
     Scheme,
     Settings,
     TimeFunction,
@@ -16,6 +19,7 @@ from corovec import (
 from corovec.benchmarks import load_case
 from corovec.solver.dynamics.stepping import Stepper
 from corovec.verification.fuzz.kills import assert_same_bits
+from corovec.verification.linked_shells import alone
 from corovec.verification.models import cross_code_plate
 
 LOADED = load_case("l-plate").model(30)
@@ -95,6 +99,23 @@ def test_functions_of_time_without_points_are_seen(kind, held):
     seen, whole = (simulate(model, Settings(dt, 0.1, SCHEMES["exact"], error=error))
                    .total_energy[-1] for dt, error in ((0.1, 1e-4), (2e-4, 0.0)))
     assert 0.3 * whole < seen < 3.0 * whole
+
+
+@pytest.mark.filterwarnings("ignore::corovec.AccuracyWarning")  # rows have none of the energy
+@pytest.mark.parametrize("driving", [TimeFunction((0.0, 0.013, 0.07), (0.0, 0.0, 1.0)),
+                                     Expression("exp(-((t - 0.015)/0.002)**2)")])
+def test_drives_of_joints_are_seen(driving, monkeypatch):
+    """A point between the ends of parts is one; a turn to and fro within a step divides it."""
+    body = RigidBody("body", 2.0, (0.3, 0.3, 0.4), (1.0, 0.0, 0.0))
+    model = alone([body], [Revolute("ground", "body", (0, 0, 0), (0, 0, 1), 0.1, driving)])
+    starts, advance = [], Stepper.advance
+
+    def told(self, state, place, time, *others):
+        starts.append(time)
+        advance(self, state, place, time, *others)
+    monkeypatch.setattr(Stepper, "advance", told)
+    simulate(model, Settings(0.025, 0.025, SCHEMES["exact"], error=1e-3))
+    assert 0.013 in starts if isinstance(driving, TimeFunction) else len(starts) > 10
 
 
 @pytest.mark.parametrize("scheme", list(SCHEMES))

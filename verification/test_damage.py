@@ -18,6 +18,7 @@ from corovec.reports.cli import animate, plot
 from corovec.solver.cli import info
 from corovec.solver.dynamics import simulation
 from corovec.solver.results import layout, recorder
+from corovec.solver.results.reading import FORMAT
 from corovec.verification.fuzz.files import (
     RUNS,
     dynamic,
@@ -273,9 +274,11 @@ def test_command_line_refuses_in_one_line(tmp_path):
     assert done.stderr.startswith(f"corovec: error: {path} is damaged or not a result file")
 
 
-def test_older_format_is_told(path, run):
+@pytest.mark.parametrize("back", [1, 6])
+def test_older_format_is_told(path, run, back):
+    name, _, number = FORMAT.rpartition("-")
     with h5py.File(path, "r+") as file:
-        file.attrs["format"] = "corovec-run-3"
+        file.attrs["format"] = f"{name}-{int(number) - back}"
     refused(run, path, "of an older version of corovec .*repeat its run")
 
 

@@ -230,6 +230,20 @@ def test_balance_of_moving_supports(support, nodes):
     assert found.balance.moments < 1e-6
 
 
+@pytest.mark.parametrize("support", [LIFT, SWING])
+def test_reactions_of_moving_supports_are_on_their_nodes(support, tmp_path):
+    """Where their velocity jumps, with a body on their nodes, or beside them (it had 5000 N)."""
+    mesh = block([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], (4, 2))
+    nodes = (0, 5, 10) if support is LIFT else (1, 6, 11)
+    body = RigidBody("block", 50.0, (1.0, 2.0, 2.0), mesh.nodes[list(nodes)].mean(axis=0), nodes)
+    model = Model.of(mesh, 0.2, 3e4, 0.3, 1000.0, bodies=[body], supports=[support])
+    found = simulate(model, Settings(dt=0.01, end_time=0.2, scheme=Scheme("exact"), frame_every=1),
+                     output=tmp_path / "run.h5")
+    forces = read(tmp_path / "run.h5")["reaction"]
+    assert np.abs(np.delete(forces, support.nodes, axis=1)).max() == 0.0
+    np.testing.assert_allclose(forces.sum(axis=1), found.history["reaction"], atol=1e-9)
+
+
 @pytest.mark.parametrize("wrong", ["forces", "moments", "load"])
 def test_wrong_reactions_break_the_balance(monkeypatch, wrong):
     """A hundredth too much of a reaction, or of a load."""

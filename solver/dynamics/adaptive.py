@@ -123,7 +123,7 @@ class Adaptive:
 def histories_of(model):
     """Functions of time of the loads, supports and joints of a model."""
     for item in (*model.loads, *model.supports, *model.joints):
-        for name in ("history", "turning"):
+        for name in ("history", "turning", "driving"):
             history = getattr(item, name, None)
             if history is not None:
                 yield history

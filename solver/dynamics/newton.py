@@ -241,7 +241,8 @@ class Iteration:
             delta = delta + correction
             wanted = _wanted(rule) * first
             ended = work <= floor or ends(rule, work, first, left, wanted, new)
-            if k >= rule.least and ended and (not system.linked or system.linked.closed()):
+            if k >= rule.least and ended and (not system.linked or (
+                    system.linked.closed() and system.linked.settled(observed.kinetic))):
                 if k - made > kept.patience:
                     kept.forget()
                 if system.inside(problem.state, problem.place, problem.step, delta):

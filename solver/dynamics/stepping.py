@@ -121,11 +121,12 @@ class Stepper:
             if system.driven.moving:
                 found, rates = place.observed, state.velocity.copy()
                 system.driven.set_rates(state, at_time, time + dt, dt)
+                rates, held = state.velocity - rates, 0.0
                 if system.linked:
-                    system.linked.keep_rates(state, problem.loads.driven.after)
+                    held = system.linked.keep_rates(state, problem.loads.driven.after)
                 system.observe(state, place)
                 driven += place.observed.energy - found.energy
-                hurried = system.hurried(state.velocity - rates, found, place.observed)
+                hurried = system.hurried(rates, held, found, place.observed)
             if system.damping:
                 lost = braked + system.damping.lost(problem.step, measures, place.start)
             if system.turnings:

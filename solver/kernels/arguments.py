@@ -508,7 +508,7 @@ class LinkWork(NamedTuple):
         exchanges: (m,) of its rows.
         changes: (m,) of the multipliers.
         way: (k,) what drives want in the step [rad].
-        drive: (2,) changes of their works in the last correction and the one before [J].
+        drive: (3,) changes of their works in the last correction and the two before [J].
     """
 
     u: np.ndarray
@@ -556,4 +556,4 @@ def link_work(links, hard, n_dof):
         zeros((m, n)), zeros((hard, hard)), zeros((hard, hard)), zeros((hard, n)),
         zeros((hard, n)), zeros((hard, hard)), zeros(hard), zeros((2, n)), zeros(n), zeros(n),
         zeros(m), zeros(m), zeros(m), zeros((m, n_dof)), zeros((m, n)), zeros((m, m)),
-        zeros(m, dtype=np.int64), zeros(m), zeros(hard - n_constraints), zeros(2))
+        zeros(m, dtype=np.int64), zeros(m), zeros(hard - n_constraints), zeros(3))

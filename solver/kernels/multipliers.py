@@ -420,7 +420,7 @@ def split(links, turning, carried, correction, work):
     for i in range(m):
         work.forces[i] += changes[i]
         _add(-changes[i], work.columns[i], correction)
-    work.drive[1], work.drive[0] = work.drive[0], 0.0
+    work.drive[2], work.drive[1], work.drive[0] = work.drive[1], work.drive[0], 0.0
     for i in range(work.way.shape[0]):
         work.drive[0] += abs(changes[links.values.shape[0] + i]) * abs(work.way[i])
     return DONE

@@ -135,12 +135,14 @@ def add_masses(quads, attached, mass, rotary):
             rotary[element, corner, corner] += item.inertia
 
 
-def check_attached(attached, n_nodes, first, joined):
-    """Check nodes; ``first``: of ``Directors``; ``joined``: lists of nodes that move together.
+def check_attached(attached, n_nodes, first, joined, bodies):
+    """Check nodes; ``first``: of ``Directors``; ``joined``: lists of nodes that move together;
+    ``bodies``: (name, nodes) of each rigid one.
 
     Raises:
-        InputError: a node that does not exist, a spring between nodes that move together, or a
-            rotary inertia or turning spring at a junction, where plates with several normals meet.
+        InputError: a node that does not exist, a spring between nodes that a joint holds together
+            or one body carries, or a rotary inertia or turning spring at a junction, where plates
+            with several normals meet.
     """
     for k, item in enumerate(attached):
         names = [field.name for field in fields(item) if field.name in ("node", "other")]
@@ -149,15 +151,24 @@ def check_attached(attached, n_nodes, first, joined):
             if not 0 <= node < n_nodes:
                 raise InputError(f"attached[{k}]: {name} {node} does not exist, there are "
                                  f"{n_nodes} nodes")
-        if isinstance(item, Spring) and any({item.node, item.other} <= set(group)
-                                            for group in joined):
-            raise InputError(f"attached[{k}]: a joint holds nodes {item.node} and {item.other} "
-                             "together, a spring between them is always as long: give the joint a "
-                             "stiffness against turning")
+        if isinstance(item, Spring):
+            _check_spring(f"attached[{k}]", {item.node, item.other}, joined, bodies)
         several = first[item.node + 1] - first[item.node] > 1
         if several and (getattr(item, "inertia", 0.0) > 0.0 or getattr(item, "turning", 0.0) > 0.0):
             raise InputError(f"attached[{k}]: several plates meet at node {item.node}, a rotary "
                              "inertia or a turning spring needs a node with one normal")
+
+
+def _check_spring(what, ends, joined, bodies):
+    """Nothing holds both ends, by which it would always be as long."""
+    between = f"nodes {min(ends)} and {max(ends)}"
+    if any(ends <= set(group) for group in joined):
+        raise InputError(f"{what}: a joint holds {between} together, a spring between them is "
+                         "always as long: give the joint a stiffness against turning")
+    for name, nodes in bodies:
+        if ends <= set(nodes):
+            raise InputError(f"{what}: body {name} carries {between}, a spring between them is "
+                             "always as long")
 
 
 @dataclass(frozen=True)

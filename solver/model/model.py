@@ -202,7 +202,9 @@ class Model:
         put(self, loads=_items("loads", self.loads, LOADS),
             supports=self._supports(self.supports),
             attached=_items("attached", self.attached, ATTACHED))
-        check_attached(self.attached, len(nodes), self.directors.first, self.joined)
+        check_attached(self.attached, len(nodes), self.directors.first, self.joined,
+                       [(body.name, (*body.nodes, node))
+                        for body, (node, _) in zip(self.bodies, self.body_masses)])
         check_axes(self.joints, nodes, self.directors)
         check_velocities(self.joints, self.velocity)
         if self.damping is not None:

@@ -15,9 +15,11 @@ from .files import reason, regular_file
 from .layout import TIMES, Sizes, checked_sizes, columns
 from .vtkhdf import frames_shown
 
-FORMAT = "corovec-run-10"
+NUMBER = 10
 
-OLDER = tuple(f"corovec-run-{k}" for k in range(1, 9))
+FORMAT = f"corovec-run-{NUMBER}"
+
+OLDER = tuple(f"corovec-run-{k}" for k in range(1, NUMBER))
 
 
 @checked

@@ -41,6 +41,7 @@ class Multipliers(StepLinks):
         """Start a step from a ``state``: no forces yet."""
         self._begin(self._links, self._mobile, state.motion, self._work)
         self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
+        self._work.drive[:] = np.inf
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``

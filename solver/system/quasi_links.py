@@ -67,6 +67,7 @@ class QuasiLinks(ChartRows, StepLinks):
         self._G_0[:] = self._G[:self._hard]
         self._leave(self._links, self._mobile, self._work)
         self._rates_0 = self._G_0[self._m:] @ state.velocity[self.dofs]
+        self._work.drive[:] = np.inf
 
     def add_forces(self, iterate, driven, slacks, motors, work, forces):
         """Add the forces of the constraints, and of the impulses, at an iterate to ``forces``

@@ -25,11 +25,19 @@ from .linked import Linked
 SETTLED = 1e-13
 """Part of the energy that the last correction of a drive's moment may change its work by."""
 
+FLAT = 1e-8
+"""The same where a correction is no smaller than the one before: below it that is rounding
+(measured: up to 6e-10), above it where the next is no smaller either, as of slow drives."""
+
 FIRST = 1e-3
 """Length of a step [s] of which the rates of drives at its start are asked for."""
 
 JUMP = 1e-9
 """Angle [rad] by which a drive may begin off its joint."""
+
+ROUNDED_TURN = 1e-13
+"""Angle [rad] that rounding may leave of one that a drive begins with: that of ``1 - cos(6 t)`` at
+1e-7 s has three digits."""
 
 RATES = 1e-9
 """Part of the rates of single nodes by which initial velocities may violate a constraint."""
@@ -106,8 +114,9 @@ class StepLinks(Linked):
         rates[self._m:] -= driven.before
         sizes[self._m:] += np.abs(driven.before) + np.abs(driven.after)
         missed = np.abs(rates) - RATES * sizes - ROUNDED * (np.abs(self._G_0) @ fastest)
-        # what a difference over ``INSTANT`` misses of a rate that begins with t^2
+        # what a difference over ``INSTANT`` misses of a rate that begins with t^2, and by rounding
         missed[self._m:] -= INSTANT**2 * np.abs(driven.after - driven.before)
+        missed[self._m:] -= ROUNDED_TURN / (INSTANT * FIRST)
         k = int(np.argmax(missed))
         if missed[k] > 0.0:
             name, drive = self._names()[self.owners[k]], k - self._m
@@ -190,12 +199,15 @@ class StepLinks(Linked):
 
     def keep_rates(self, state, wanted):
         """Take rates of a ``state`` by which its constraints are kept where supports have taken
-        theirs, those of drives ``wanted`` (k,) [rad/s]."""
+        theirs, those of drives ``wanted`` (k,) [rad/s]; impulses (n_dof,) by which supports hold
+        those that it takes."""
         self._end_at(state)
         self._missed(self._links, self._mobile, state.velocity[self.dofs], wanted, self._work)
         impulse = solve_triangular(self._root_1, self._work.n, lower=True)
         self._backward(self._root_1, impulse)
-        state.velocity[:] -= self._pushed(self._G_1.T @ impulse)
+        impulse = self._G_1.T @ impulse
+        state.velocity[:] -= self._pushed(impulse)
+        return self._held_back @ impulse
 
     def settle(self, state, delta, driven):
         """Rates of a ``state`` at the end of a converged step that keep the constraints; the works
@@ -246,9 +258,10 @@ class StepLinks(Linked):
 
         What is left of the residual does no work where constraints stay, but on what a drive moves.
         """
-        change, last = self._work.drive
-        work = np.abs(self.forces[self._of_drives] @ self._work.way)
-        return change <= SETTLED * (energy + work) or change > 0.5 * last
+        change, last, before = self._work.drive
+        whole = energy + np.abs(self.forces[self._of_drives] @ self._work.way)
+        flat = change > 0.5 * last and (change <= FLAT * whole or last > 0.5 * before)
+        return change <= SETTLED * whole or flat
 
     def pass_on(self, parts):
         """Add to sizes of forces (n_dof,), whose rounding error the residual has, what joints carry

@@ -364,12 +364,15 @@ class System:
                          found.force + force + forces.sum(axis=0),
                          found.moment + moment + (np.cross(x, forces) + moments).sum(axis=0))
 
-    def hurried(self, rates, before, after):
-        """``Reactions``, as impulses [N s, N m s], of moving supports that change rates at once, by
-        ``rates`` (n_dof,): those on nodes are of lumped masses, the resultants the changes of the
-        momenta from one ``Observation`` to another."""
-        return Reactions(self.nodal_mass[:, None] * rates[self.translations],
-                         np.zeros(self.model.nodes.shape),
+    def hurried(self, rates, held, before, after):
+        """``Reactions``, as impulses [N s, N m s], of moving supports that change their rates at
+        once, by ``rates`` (n_dof,): those on nodes are of lumped masses, and by which supports hold
+        joints, ``held`` (n_dof,); the resultants are the changes of the momenta from one
+        ``Observation`` to another."""
+        own = self.nodal_mass[:, None] * rates[self.translations]
+        if self.linked:
+            own += held[self.translations]
+        return Reactions(own, np.zeros(self.model.nodes.shape),
                          after.linear_momentum - before.linear_momentum,
                          after.angular_momentum - before.angular_momentum)
 
