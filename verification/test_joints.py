@@ -19,6 +19,7 @@ from corovec import (
     Mesh,
     Model,
     NodalLoad,
+    RigidLink,
     Scheme,
     Settings,
     Spherical,
@@ -639,7 +640,10 @@ MISTAKES = {
     "table of words": (lambda: two(spring_angles=("a", "b"), spring_moments=(0.0, 1.0)),
                        r"h1: spring_angles\[0\] must be a number"),
     "no joint": (lambda: replace(chain(2), joints=["h1"]), r"joints\[0\] must be one of Spherical"),
-    "a spring in a hinge": (within, r"attached\[0\]: a joint holds nodes 2 and 1[0-9] together"),
+    "a spring in a hinge": (within, r"attached\[0\]: a joint holds nodes 2 and 1[0-9] as far"),
+    "a spring along a link": (lambda: replace(
+        two(), joints=[*two().joints, RigidLink(0, 5)], attached=[Spring(5, 0, 1.0)]),
+        r"attached\[0\]: a joint holds nodes 0 and 5 as far apart as they are"),
     "unjoined": (lambda: replace(chain(2), joints=()), "nodes 2 and 1[0-9] are at the same place"),
     "missing node": (lambda: two(others=(90, 91, 92)), "h1: node 90 does not exist"),
 }

@@ -479,7 +479,7 @@ MISTAKES = {
                          "a joint that is driven by its angle has no spring"),
     "spring in a body": (
         lambda: alone([replace(BODY, nodes=(0, 3))], [], attached=[Spring(3, 0, 1.0)]),
-        "body body carries nodes 0 and 3, a spring between them is always as long"),
+        "body body carries nodes 0 and 3, a spring between them does nothing"),
     "drive off the start": (
         lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5, name="neck")),
         "neck: angle times driving begins 0.5 rad off the angle that the joint has"),

@@ -136,8 +136,8 @@ def add_masses(quads, attached, mass, rotary):
 
 
 def check_attached(attached, n_nodes, first, joined, bodies):
-    """Check nodes; ``first``: of ``Directors``; ``joined``: lists of nodes that move together;
-    ``bodies``: (name, nodes) of each rigid one.
+    """Check nodes; ``first``: of ``Directors``; ``joined``: lists of nodes that move together
+    or stay as far apart; ``bodies``: (name, nodes) of each rigid one.
 
     Raises:
         InputError: a node that does not exist, a spring between nodes that a joint holds together
@@ -163,12 +163,12 @@ def _check_spring(what, ends, joined, bodies):
     """Nothing holds both ends, by which it would always be as long."""
     between = f"nodes {min(ends)} and {max(ends)}"
     if any(ends <= set(group) for group in joined):
-        raise InputError(f"{what}: a joint holds {between} together, a spring between them is "
-                         "always as long: give the joint a stiffness against turning")
+        raise InputError(f"{what}: a joint holds {between} as far apart as they are, a spring "
+                         "between them does nothing (a hinge has a stiffness against turning)")
     for name, nodes in bodies:
         if ends <= set(nodes):
-            raise InputError(f"{what}: body {name} carries {between}, a spring between them is "
-                             "always as long")
+            raise InputError(f"{what}: body {name} carries {between}, a spring between them "
+                             "does nothing")
 
 
 @dataclass(frozen=True)

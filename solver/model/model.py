@@ -67,7 +67,7 @@ from .joints import (
     supports_of,
 )
 from .laminates import Section, directions_of, law_of, members_of
-from .linkages import LINKED, Tie, check_linked
+from .linkages import LINKED, RigidLink, Tie, check_linked
 from .loads import (
     COMPONENTS,
     Centrifugal,
@@ -202,7 +202,8 @@ class Model:
         put(self, loads=_items("loads", self.loads, LOADS),
             supports=self._supports(self.supports),
             attached=_items("attached", self.attached, ATTACHED))
-        check_attached(self.attached, len(nodes), self.directors.first, self.joined,
+        links = [joint.ends for joint in self.linked if isinstance(joint, RigidLink)]
+        check_attached(self.attached, len(nodes), self.directors.first, [*self.joined, *links],
                        [(body.name, (*body.nodes, node))
                         for body, (node, _) in zip(self.bodies, self.body_masses)])
         check_axes(self.joints, nodes, self.directors)
