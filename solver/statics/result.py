@@ -29,7 +29,8 @@ class LinearResult:
         reaction_moments: (n_nodes, 3) moments of the supports about the nodes [N m].
         reaction: (3,) resultant force of supports and joints to the ground [N].
         reaction_moment: (3,) their moment about the origin [N m].
-        balance: ``Balance`` of loads and reactions in their initial places.
+        balance: ``Balance`` of loads and reactions in their initial places; of hinges that are
+            loaded at the start moments lack what these do as they turn with the plates.
         joint_forces: (n_joints, 3) as of ``StaticResult``.
         joint_moments: (n_joints,) the same.
         joint_couples: (n_joints, 3) the same.
