@@ -216,7 +216,7 @@ def _peer(row):
         return "–"
     ended = "" if row["survived"] else f"ended at {row['reached']:.2g} s"
     drift = "" if row["energy_drift"] is None else number(row["energy_drift"], ".1e")
-    return ", ".join(filter(None, (f"{row['cpu_ms_per_step']:.3g}", ended or drift)))
+    return ", ".join(filter(None, (_three(row["cpu_ms_per_step"]), ended or drift)))
 
 
 def _table(head, rows, note=""):
