@@ -12,7 +12,7 @@ moment.  The scheme stays symmetric in time and of second order.
 """
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, eye_array
 from scipy.sparse.linalg import splu
 
 from ..kernels import multipliers
@@ -125,9 +125,12 @@ def inverse_mass(system, dofs, turning=True):
     found = T @ reduced.solve(T.T[:, dofs].toarray())
     if not turning:
         found[:, ~np.isin(dofs, numbering.translations)] = 0.0
-    held = -(M @ found)
-    held[dofs, np.arange(len(dofs))] += 1.0
-    return found, csr_array(held - T @ (T.T @ held))
+    of_supports = csr_array(eye_array(numbering.n_dof) - T @ T.T)
+    of_supports.eliminate_zeros()
+    rows = np.flatnonzero(np.diff(of_supports.indptr))
+    own = of_supports[rows]
+    held = coo_array(own[:, dofs].toarray() - (own @ M) @ found)
+    return found, csr_array((held.data, (rows[held.coords[0]], held.coords[1])), found.shape)
 
 
 def _inertia_of_turns(system):
