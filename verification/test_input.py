@@ -620,7 +620,7 @@ def test_a_row_is_no_history():
 
 def test_a_model_shows_itself_in_one_short_line():
     plate = rectangle(2.0, 1.0, (20, 10), loads=[NodalLoad(0, (0, 0, 1))])
-    assert repr(plate) == "Model(200 elements, 231 nodes, 1 loads, 0 supports, 2 x 1 x 0 m)"
+    assert repr(plate) == "Model(200 elements, 231 nodes, 1 load, 0 supports, 2 x 1 x 0 m)"
 
 
 @pytest.mark.parametrize("kind, options, message", [
