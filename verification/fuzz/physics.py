@@ -134,7 +134,8 @@ def moving(chance):
 
 def flying(chance):
     """A free model for the scheme ``exact``, and its settings: E dt^2/(rho L^2) from 1 to 1e10,
-    loads that turn it by 1e-6 to 0.05 rad a step, a rigid motion of up to about 0.3 rad a step.
+    loads that turn it, about the axis of its least inertia, by 1e-6 to 0.05 rad in the first step,
+    a rigid motion of up to about 0.3 rad a step.
 
     A moment is no more than a node resists: a larger one winds it up alone, for ever.
     """
@@ -146,12 +147,16 @@ def flying(chance):
     youngs, turn = power(chance, 0, 10) * density * (size / dt)**2, power(chance, -6, -1.3)
     seconds = dt * 2 * chance.randrange(1, 4)
     pulse = TimeFunction((0.0, seconds / 2, seconds), (0.0, 1.0, 0.0))
-    force = turn * density * size**2 * thickness / dt**2 / 25.0
+    model = Model(nodes, quads, thickness, youngs, poisson, density)
+    arms = nodes - np.average(nodes, axis=0, weights=model.nodal_mass)
+    spread = arms.T @ (model.nodal_mass[:, None] * arms)
+    inertia = np.linalg.eigvalsh(np.trace(spread) * np.eye(3) - spread)[0]
+    force = turn * inertia / (size * dt**2)
     bending = min(1.0, 0.1 * turn * youngs * thickness**3 / (size * force))
     given = [replace(load, moment=bending * np.array(load.moment))
              if isinstance(load, NodalMoment) else load
              for load in loads(chance, nodes, force, pulse)]
-    model = Model(nodes, quads, thickness, youngs, poisson, density, loads=given)
+    model = replace(model, loads=given)
     if chance.random() < 0.6:
         velocity, omega = ([power(chance, -4, -0.5) * chance.gauss(0, 1) / dt for _ in range(3)]
                            for _ in range(2))
