@@ -88,8 +88,7 @@ def conserve(cases, size, jobs, output, as_json):
     the L-plate also with the exact one as five steps for one: drifts, the largest step that each
     holds (hardly any is halved, energy and momenta drift by 1 % at most), iterations, time, and how
     near the path is to that of a small step.  Finished runs are kept and not run again; runs that
-    fail are results.  Exit status 1 if a promise of a scheme is
-    not kept.
+    fail are results.  Exit status 1 if a promise of a scheme is not kept.
 
     \b
     Examples:

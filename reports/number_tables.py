@@ -246,12 +246,16 @@ def _of_runs(part, table, column):
     for run in part["runs"]:
         own = dict.fromkeys(str(row[column]) for row in run[table])
         if own:
-            found.append(f"{_commit(run)}, {run['machine']} ({', '.join(own)})")
+            found.append(f"{_where(run)} ({', '.join(own)})")
     return f"Measured at {'; '.join(found)}."
 
 
 def _measured(part):
-    return f"Measured at {_commit(part)}, {part['machine']}."
+    return f"Measured at {_where(part)}."
+
+
+def _where(part):
+    return f"{_commit(part)}, {part['machine']}"
 
 
 def _commit(part):

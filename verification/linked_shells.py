@@ -7,7 +7,6 @@ from corovec import (
     Ball,
     Cylindrical,
     Expression,
-    Mesh,
     Model,
     NodalLoad,
     Prismatic,
@@ -17,6 +16,7 @@ from corovec import (
     TimeFunction,
     Universal,
     block,
+    join,
 )
 
 PULSE = TimeFunction((0.0, 0.25, 0.5), (0.0, 1.0, 0.0))
@@ -31,7 +31,7 @@ def plate(x, n=4):
 def wings(joints=(), bodies=None, loads=True, **options):
     """Two plates, each carried at its inner edge by a body."""
     right, left = plate(0.5), plate(-3.5)
-    mesh = Mesh(np.r_[right.nodes, left.nodes], np.r_[right.quads, left.quads + len(right.nodes)])
+    mesh = join([right, left], apart=True)
     edges = [np.flatnonzero(np.abs(mesh.nodes[:, 0] - x) < 1e-9).tolist() for x in (0.5, -0.5)]
     if bodies is None:
         bodies = [RigidBody("a", 20.0, (2.0, 3.0, 4.0), (0.3, 0.0, 0.0), edges[0]),

@@ -487,16 +487,13 @@ MISTAKES = {
         lambda: Revolute("a", "b", (0, 0, 0), AXIS, driving=PULSE, name="neck"),
         "neck: driving needs an angle"),
     "drive that jumps": (
-        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5,
-                                   Steps((0.0, 0.03), (0.0, 1.0)), name="neck")),
+        lambda: driven(Steps((0.0, 0.03), (0.0, 1.0))),
         "neck: its time function jumps at t = 0.04 s, a joint cannot: give the points of a ramp"),
     "drive that begins fast": (
-        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5, Expression("t"),
-                                   name="neck")),
+        lambda: driven(Expression("t")),
         "neck: its drive begins at 0.5 rad/s, the initial velocities turn it at 0 rad/s: let it"),
     "ramp that begins fast": (
-        lambda: simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5,
-                                   TimeFunction((0.0, 1.0), (0.0, 1.0)), name="neck")),
+        lambda: driven(TimeFunction((0.0, 1.0), (0.0, 1.0))),
         "neck: its drive begins at 0.5 rad/s, the initial velocities turn it at 0 rad/s: let it"),
     "probe with a column of the run": (
         lambda: simulate(alone([BODY], [Ball("ground", "body", (0, 0, 0), name="neck")]),
@@ -554,6 +551,10 @@ def test_a_ramp_that_is_met():
 
 def simulated(joint):
     return simulate(alone([BODY], [joint]), Settings(dt=0.02, end_time=0.1, scheme=EXACT))
+
+
+def driven(driving):
+    return simulated(Revolute("ground", "body", (0, 0, 0), AXIS, 0.5, driving, name="neck"))
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

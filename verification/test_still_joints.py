@@ -65,7 +65,8 @@ def two_strips(joints, gap=0.0, **options):
     """Two clamped strips side by side, or one behind the other, with nodes of their own where they
     meet, under a load at the far corner."""
     one, two = strip(0.0), strip(1.0 + gap)
-    x, quads = np.r_[one.nodes, two.nodes], np.r_[one.quads, two.quads + len(one.nodes)]
+    mesh = join([one, two], apart=True)
+    x, quads = mesh.nodes, mesh.quads
     return shell(x, quads, joints=joints, **options)
 
 
@@ -487,7 +488,8 @@ def test_the_tangent_of_a_loaded_hinge():
 def test_free_bodies_have_zero_modes():
     """Two plates on a ball joint: six rigid motions and three of the joint."""
     one, two = strip(0.0, 1), strip(1.5, 1)
-    x, quads = np.r_[one.nodes, two.nodes], np.r_[one.quads, two.quads + len(one.nodes)]
+    mesh = join([one, two], apart=True)
+    x, quads = mesh.nodes, mesh.quads
     bodies = [RigidBody("a", 2.0, (0.1,) * 3, (1.1, 0.4, 0), np.flatnonzero(
         np.abs(x[:, 0] - 1.0) < 1e-9).tolist()), RigidBody("b", 2.0, (0.1,) * 3, (1.4, 0.4, 0),
         np.flatnonzero(np.abs(x[:, 0] - 1.5) < 1e-9).tolist())]

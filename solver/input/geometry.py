@@ -147,9 +147,9 @@ class Geometry(Strict):
             raise ValueError("blocks must not be empty")
         if self.blocks and self.unit not in ("m", None):
             raise ValueError(f"blocks in '{self.unit}', must be in 'm'")
+        kinds = {"apart": ("file", "blocks")}
         for name in ("scale", "merge", "reduce", "all_quads", "apart"):
-            if name in self.model_fields_set and kind != "file" and (name, kind) != (
-                    "apart", "blocks"):
+            if name in self.model_fields_set and kind not in kinds.get(name, ("file",)):
                 raise ValueError(f"{name} is for a mesh of a file, this has {kind}")
         return self
 

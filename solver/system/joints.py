@@ -58,14 +58,13 @@ class Relative:
         self._place = joint.place(model.nodes)
         self._arms = [self._place if end is None else np.zeros(3) if single else
                       self._place - model.nodes[end] for end, single in zip(self._ends, smooth)]
-        self._side = np.linalg.svd(self._axis[None])[2][1]  # at right angles to the axis
+        cross = isinstance(joint, Universal)
+        self._side = np.array(joint.other_axis) if cross else (  # at right angles to the axis
+            np.linalg.svd(self._axis[None])[2][1])
         self.slides = isinstance(joint, (Cylindrical, Prismatic))
-        self.turns = isinstance(joint, (Cylindrical, Revolute)) and not any(smooth) and not (
-            isinstance(joint, Revolute) and joint.places)
-        self.crosses = isinstance(joint, Universal) and not any(smooth)
-        if isinstance(joint, Universal):
-            self._side = np.array(joint.other_axis)
-            self.turns = self.crosses
+        self.crosses = cross and not any(smooth)
+        self.turns = isinstance(joint, (Cylindrical, Revolute, Universal)) and not any(
+            smooth) and not (isinstance(joint, Revolute) and joint.places)
 
     def __call__(self, state, p, last, last_other):
         """Angle [rad] and that of ``other`` about the cross, each within half a turn of the last

@@ -55,13 +55,13 @@ class Linked:
         self._pairs = np.array(rows.pairs + rows.measures(), dtype=np.int64).reshape(-1, 2)
         self._terms = rows.terms()
         self._nodes = np.unique(self._terms.node)
-        self._n_rot, self._first_dof = numbering.n_rot, numbering.start
-        self._fixed, start = system.coordinates.fixed, numbering.start
+        self._n_rot, start = numbering.n_rot, numbering.start
         sizes = 3 + self._n_rot[self._nodes]
         self._local = np.full(len(model.nodes), -1)
         self._local[self._nodes] = np.cumsum(sizes) - sizes
         self.dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(
             start[i] + np.arange(3 + self._n_rot[i]) for i in self._nodes)])
+        self._held = system.coordinates.fixed[self.dofs]
         self._links = self._make_links()
         self._values = self._links.values
         n_terms = len(self._terms.node)
@@ -134,9 +134,9 @@ class Linked:
     def _supports_of(self, rows):
         """The supports of nodes that some rows depend on, in words."""
         spans = self._links.spans
-        nodes = {int(i) for k in rows for i in spans.node[spans.first[k]:spans.first[k + 1]]}
-        begin, fixed = self._first_dof, self._fixed
-        nodes = sorted(i for i in nodes if fixed[begin[i]:begin[i] + 3 + self._n_rot[i]].any())
+        of_rows = [s for k in rows for s in range(spans.first[k], spans.first[k + 1])]
+        nodes = sorted({int(spans.node[s]) for s in of_rows
+                        if self._held[spans.begin[s]:spans.end[s]].any()})
         if nodes:
             yield f"the support{'s' * (len(nodes) > 1)} of node{'s' * (len(nodes) > 1)} " + (
                 ", ".join(map(str, nodes[:MOST_NAMED])) + ", ..." * (len(nodes) > MOST_NAMED))

@@ -29,7 +29,6 @@ class QuasiLinks(ChartRows, StepLinks):
                                     len(model.normals)) + spreads(model.bodies, len(model.normals))
         self._inverse, self._held_back = inverse_mass(system, self.dofs, turning=False)
         self._turning_dofs = np.isin(self.dofs, system.translations, invert=True)
-        self._held = system.coordinates.fixed[self.dofs]
         self._derive, self._A1_end = Call(derivatives), np.zeros((len(model.normals), 3, 3))
         self._mobile = self._mobilities(self._start.A1)
         self._check(self._mobility(self._G[:self._hard]))

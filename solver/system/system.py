@@ -95,6 +95,7 @@ class System:
         self._supported = Supported(model, self.numbering, fixed)
         self._joint_forces = JointForces(model, self._supported.joined)
         self._end_places = EndPlaces(model)
+        self._hinges_held = bool(np.isin(self.hinges.cells, self._supported.held).any())
         self._dead = DeadLoads(model, self.numbering, self._turning.forces)
         self.all_dead = not (self._items or self._dead.any_moment)
         self.solver = self._make_solver(solver, full_tangent and not self.all_dead, threads)
@@ -335,7 +336,7 @@ class System:
         work = self.nodal
         x = state.x + (1.0 - step.alpha_f) * work.dx
         moments = loads.dead.moments
-        if self.hinges and len(self._supported.held):
+        if self._hinges_held:
             moments = moments + self.hinges.torques(work.p_mid, work.A1)
         found = self._supported.reactions(
             self.residual, self._moments_on_normals(place, averaged), work.p_mid, x, moments)

@@ -148,9 +148,7 @@ def flying(chance):
     seconds = dt * 2 * chance.randrange(1, 4)
     pulse = TimeFunction((0.0, seconds / 2, seconds), (0.0, 1.0, 0.0))
     model = Model(nodes, quads, thickness, youngs, poisson, density)
-    arms = nodes - np.average(nodes, axis=0, weights=model.nodal_mass)
-    spread = arms.T @ (model.nodal_mass[:, None] * arms)
-    inertia = np.linalg.eigvalsh(np.trace(spread) * np.eye(3) - spread)[0]
+    inertia = np.linalg.eigvalsh(model.mass_properties.inertia)[0]
     force = turn * inertia / (size * dt**2)
     bending = min(1.0, 0.1 * turn * youngs * thickness**3 / (size * force))
     given = [replace(load, moment=bending * np.array(load.moment))
